@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Build script of the ROS 2 package, called by colcon.
 
 Building makes the laws' formulas into code, with their derivatives, and compiles the inner loops for this machine and
@@ -86,5 +88,8 @@ setup(
     maintainer_email="maintainers@example.com",
     description="Identifies the physical parameters of a cart double pendulum from free-swing trials.",
     license="Apache-2.0",
-    entry_points={"console_scripts": executables()},
+    entry_points={
+        "console_scripts": executables(),
+        "ament_copyright.license": [f"apache2_spdx = {NAME}.spdx_header"],
+    },
 )

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Record the example bags anew: `make build`, then `PYTHONPATH=. .venv/bin/python bags/make_bags.py FOLDER`.
 
 They are recordings of an emulated rig through driver and recorder, as README.md beside this file says.

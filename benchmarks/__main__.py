@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Run the benchmarks: `python -m benchmarks [NAME …] [--quick]`; without a name, make docs/benchmarks.md anew."""
 
 import argparse

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Other optimizers on the problem of `scenarios.start_given`, each until it has arrived.
 
 pycma and differential evolution simulate with this package's compiled population, which flatters them; least squares

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """`pendulum.c`, compiled here and now for this very processor."""
 
 import ctypes

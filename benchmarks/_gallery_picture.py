@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Pictures of the gallery: what the paper's model leaves when one effect is missing."""
 
 import io

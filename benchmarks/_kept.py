@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Results that are kept as they come, so that a run that was interrupted goes on where it ended."""
 
 import argparse

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What a user of MuJoCo would take: the rig as its bodies and joints, its rollout, and its system identification."""
 
 import contextlib

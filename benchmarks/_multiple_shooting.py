@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What one who knows chaotic motions writes: multiple shooting, by CasADi with IPOPT and by scipy.
 
 The swing is cut into windows. Each has a state of its own at its beginning, which is fitted beside the five base

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The page of all comparisons, docs/benchmarks.md, and what a comparison is: a module with `tables`.
 
 The first line of a module's docstring is its heading, the rest its introduction.

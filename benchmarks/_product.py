@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The package as a user has it: trials and nominal values in, names and errors out. Nothing else here imports it."""
 
 from collections.abc import Sequence

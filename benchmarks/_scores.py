@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What the package's answer to a hidden truth is worth, and the table over many."""
 
 from collections.abc import Sequence

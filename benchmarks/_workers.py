@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Work in processes of one core each, of which one that dies or hangs costs its own piece alone."""
 
 from collections.abc import Callable, Iterator, Sequence

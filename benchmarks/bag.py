@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """From a bag to parameters.
 
 What `identify` does, beside what a competent user would write. Bags of an emulated rig with Table 5's values, encoders

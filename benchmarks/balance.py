@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The balance of forces: how near it comes to the truth on rigs of 0.05 to 2 m, sticking ones among them.
 
 `python -m benchmarks.balance` takes some minutes.

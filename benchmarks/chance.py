@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Chance: how often it passes for an effect where nothing is missing, by a parametric bootstrap of the fitted model.
 
 The paper's model is fitted to two trials; its motion with new noise is identified and traced again and again. Whatever

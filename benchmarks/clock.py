@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The device's clock: whether intervals hold the rig's values over recordings through port, driver, DDS and recorder.
 
 `python -m benchmarks.clock [--count N] [--jobs N] [--folder DIR]` records three swings of an emulated rig each time, in

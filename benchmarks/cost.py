@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What an identification costs.
 
 Over samples, trials, rate and effects. Simulated trials of the paper's rig, let go from rest, with 2 mrad of noise and

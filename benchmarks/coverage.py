@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Coverage: how often a 95 % interval holds the true value, of base parameters and of effects.
 
 The paper's rig is let go from starts drawn at random, with an effect hidden in it or none, and identified and traced as

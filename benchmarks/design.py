@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Whether advice on the next swing is worth following: three swings as it says, against three from random starts.
 
 Each rig begins with one swing of small amplitude, as cautious people record. Then three more are recorded: one after

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Efficiency: how far base parameters scatter, over the Cramer-Rao bound.
 
 No estimate without bias scatters less than that: the inverse of the information that a whole swing has of base

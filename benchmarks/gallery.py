@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The gallery of effects: what each leaves when it is missing, what it is taken for, and how weak it may be.
 
 `python -m benchmarks.gallery` hides each effect of the catalogue in one and the same rig, has the package look for it,

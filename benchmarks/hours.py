@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """An hour of motion: time and memory of an identification over its length.
 
 Bags of a rig with dry friction in the outer joint, a cable at the inner one and an inner encoder that is off, 60 s of

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """How late a sample is published, beside plain pyserial, and what it costs beside a minimal decode and publish.
 
 `python -m benchmarks latency` takes a minute: frames are written into a pseudo-terminal, one each period.

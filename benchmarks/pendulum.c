@@ -1,3 +1,5 @@
+// Copyright 2026 cdp_ident maintainers
+// SPDX-License-Identifier: Apache-2.0
 /* What the package computes, written by hand for a C compiler: the paper's model by the classical Runge-Kutta method.
  * `population` and `windows` are the arithmetic of cdp_ident.model.population and of cdp_ident.model.motions without
  * effects, several motions side by side in vector lanes; `one_by_one` is what one writes without thinking of lanes.

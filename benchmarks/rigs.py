@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Rigs of 0.05 to 2 m, 60 to 2000 Hz, 2 s to 10 min and noise of 0.01 to 10 mrad: the whole identification of each.
 
 Each rig is one recording, of which `identify` knows L, g and nominal values that are off by up to 30 %. For each case

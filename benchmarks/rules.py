@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What each rule is worth: hidden truths examined with it and without it.
 
 `python -m benchmarks.rules --count 200 --first 530000` examines the same fresh truths with all rules and with each one

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The scales of rigs of 0.05 to 2 m, and what following them costs: nothing that was chosen for one of 0.4 m.
 
 For each case it prints the scales in the rig's unit of time, for how long the motion could in truth be followed from

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """From anywhere in the box to the noise.
 
 The paper's algorithms, this package's default, and other optimizers, in the paper's setting: one trial of 10 s from

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """How fast motions are simulated.
 
 The paper's trial: 10 s from Table 3, read at 200 Hz, steps of 5 ms. The C is `benchmarks/pendulum.c`, the same

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """1 kHz from the serial port to the bag: rate, jitter, loss, CPU and memory of each node.
 
 `python -m benchmarks soak` takes ten minutes, `python -m benchmarks.soak SECONDS [RIGS]` as long as asked.

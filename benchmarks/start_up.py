@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """How long one waits.
 
 From the command to the first line of progress, to the result, and to the end: `identify --once --bag

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A survey by one worker process and by two: how much of the second is gained.
 
 The bags of two rigs are surveyed bag by bag. Efficiency is the time that one worker takes over twice the time that two

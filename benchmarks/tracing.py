@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Hidden truths: what the package names of the effects that nobody told it of.
 
 `python -m benchmarks.tracing --count 40` takes a spread sample of all kinds and sizes, moved by equations and by a

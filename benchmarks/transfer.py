@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Does a better model make a controller work at first try?
 
 Rigs of the reference engine, of all sizes and with one to three effects that nobody is told of, are identified from two

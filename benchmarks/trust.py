@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """How far results can be trusted: pictures and tables of hidden truths and of measured rigs.
 
 `python -m benchmarks.trust identification/tracing.jsonl --reports DIR …` reads what `benchmarks.tracing` wrote,

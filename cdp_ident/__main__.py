@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """`python3 -m cdp_ident NODE …`: the same as `ros2 run cdp_ident NODE …`, for people without ROS's command line."""
 
 import sys

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What arrays of numbers are called, and dataclasses whose arrays have one row for each sample."""
 
 from dataclasses import dataclass, fields, replace

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What every executable of the package shares: how it reads its arguments, and how it ends."""
 
 import argparse

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The errors that this package raises on purpose.
 
 A message says what was wrong, where (file, topic, joint, time), what was expected, and what to do about it.

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The executables of the package: the one table that setup.py installs and `python3 -m cdp_ident` runs."""
 
 EXECUTABLES = {

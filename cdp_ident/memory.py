@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What becomes of freed memory.
 
 Arrays of some hundred kilobytes come and go all the time. Where the C library gives each back to the system, getting

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Text from outside (names of files, topics and joints, what others wrote), made fit to be shown."""
 
 import unicodedata

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Files that others made: opened only where they are regular files, and read only up to a size."""
 
 import errno

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Standard output and error that never stop a program: what cannot be written there is left out, and why is kept."""
 
 import io

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Starts an executable of the table by its name: the console scripts, and `python3 -m cdp_ident`.
 
 Its modules take a second to be loaded. Ctrl-C in that time ends the program in one line like at any other.

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Names and values that users give in files, options and parameters, checked."""
 
 import difflib

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """YAML files that others wrote: the one place where they are read, within limits."""
 
 from pathlib import Path

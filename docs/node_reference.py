@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Prints docs/reference/nodes.md from the nodes themselves: each is made, and asked what it offers and takes.
 
 python docs/node_reference.py > docs/reference/nodes.md

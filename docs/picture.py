@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Draws the README's picture from a report of identify.
 
     python docs/picture.py REPORT_FOLDER docs/measured_swing.svg

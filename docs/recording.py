@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Records the demonstration as the README's moving picture, an SVG whose lines come as they came at the terminal.
 
     python docs/recording.py docs/demo.svg

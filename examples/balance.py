@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Balance a rig upright, as a node: the controller of lqr.py between `joint_states` and `cart_command`.
 
     python3 $(ros2 pkg prefix --share cdp_ident)/examples/balance.py identification/one/fitted.yaml

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Balance a fitted pendulum upright: an LQR and a Kalman filter of its linear model, tried on a simulated rig.
 
     python3 $(ros2 pkg prefix --share cdp_ident)/examples/lqr.py identification/one/fitted.yaml

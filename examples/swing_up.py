@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Swing a fitted pendulum up from hanging and hold it there: a trajectory, and gains along it and after it.
 
     python3 $(ros2 pkg prefix --share cdp_ident)/examples/swing_up.py identification/one/fitted.yaml --out swing_up.json

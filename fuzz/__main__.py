@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """`make fuzz`: each campaign for its share of the time; a finding is told with the key that brings it back.
 
 `python -m fuzz KEY`, with a key that was told, tries that case alone, with its traceback.

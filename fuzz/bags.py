@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Damaged bags: read or refused with one error; of what a CRC protects not one wrong row."""
 
 import random

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A campaign: cases drawn from a seed, each of which keeps a promise or is a finding."""
 
 import random

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Serial frames on a bad line: nothing is published that was not sent, and intact samples come through."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Damaged and hostile texts (rigs, own effects, models, reports, tables ...): read, or refused in one short line."""
 
 import random

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A rig that is emulated behind a real serial port (a pseudo-terminal), with driver and recorder.
 
 ros2 launch cdp_ident emulated.launch.py rig:=my_rig.yaml options:="--flips 1e-4 --stall-every 5"

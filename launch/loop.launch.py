@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Everything, from arm to overlay: a rig, its recorder, what identify found, and the model that moves beside the rig.
 
 ros2 launch cdp_ident loop.launch.py identify:="--bag bags/swing_wide bags/swing_folded --out /tmp/found"

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The rig and its trials: driver and recorder.
 
 ros2 launch cdp_ident rig.launch.py port:=/dev/ttyACM0 folder:=trials rearm:=true

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The fitted model beside what was measured, as two rigs in one scene: simulator, their descriptions, and viewers.
 
 ros2 launch cdp_ident view.launch.py bag:=bags/swing_wide fitted:=identification/swing_wide/fitted.yaml

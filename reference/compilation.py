@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Compiles the reference's inner loops with numba, in strict floating point, and keeps the result on disk.
 
 numba looks only at the file of the function it was asked for when it decides whether a kept result is still good,

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A pendulum whose cart is driven: in the cart's frame its acceleration is a part of gravity (d'Alembert)."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """How large dry friction is.
 
 It is set-valued: a joint that slips has a torque of this size against its motion; one that stands still has any torque

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What can go on in a rig beyond the paper's model, of a strength that can be chosen.
 
 Their sizes go with the rig: torques with its weight's moments, drag with its inertias, compliances with its weight.

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What encoders make of a motion: their errors, noise, and counts."""
 
 import math

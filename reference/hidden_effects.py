@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What can go on in a pendulum beyond the paper's model: the formulas of hidden truths, from the physics.
 
 They are independent of the package's own: dry friction turns over at another width and in another form, drag is summed

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Hidden truths: trials of pendulums with effects that nobody is told of, and the answer sheet.
 
 All of it follows from the kind and the seed: parameters, starts, noise, and how strong the effects are. Strength is

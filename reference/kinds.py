@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Which effects truths have: a kind is `none`, or names with joints, `name.joint+name.joint`."""
 
 from collections.abc import Sequence

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The cart double pendulum as rigid bodies: inertia, forces, what each bearing carries, and joints that are stuck.
 
 Written down body by body (Newton and Euler), so that the constraint forces are there; `reference.pendulum`, which

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What joints with dry friction do, and when they stop doing so.
 
 A joint is stuck, or slips forward or backward. It is stuck as long as the torque that keeps it so is no larger than

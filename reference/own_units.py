@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A double pendulum of any size whose joints stick, its friction set-valued and every event located.
 
 Everything is in the rig's own units: lengths of L, times of sqrt(L / g), inertias of A22. One motion so serves rigs of

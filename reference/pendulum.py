@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The cart double pendulum from its Lagrangian, integrated far more finely than the package does.
 
 Nothing here comes from `cdp_ident.model`, so that an error cannot be in both: sympy derives the equations of motion

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What is to be identified: a rig, what acts in it beyond the paper's model, and how it moves."""
 
 from dataclasses import dataclass

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """From a plant and the effects in it to what its encoders would show without noise."""
 
 from collections.abc import Callable, Sequence

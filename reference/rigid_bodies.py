@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The same pendulum as a rigid-body engine moves it: MuJoCo knows bodies and joints, and nothing of our equations.
 
 Its dry friction is a constraint that it solves for in every step: a joint that holds creeps by some 1e-7 rad/s.

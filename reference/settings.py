@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Rigs, their encoders and how they are let go, drawn at random: the ground that hidden truths stand on."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Moves a pendulum while its joints go on doing what they do: then everything is smooth.
 
 By Dormand and Prince's method of order 8 (Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I,

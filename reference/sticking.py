@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The motion of a pendulum with dry friction as it is: joints that stick and break away, each event located."""
 
 from collections.abc import Mapping, Sequence

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Pendulums and starts of all kinds, for properties that hold for every one of them."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Torques beyond the paper's model that are smooth: springs, magnets, the air, knocks, presliding, eddy currents.
 
 Each is one row for compiled code: its kind, where it acts, and up to six numbers. A joint's angle is counted from

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Hidden truths: trials of rigs with effects in them that nobody is told of, and the answers.
 
 All of it follows from the kind and the seed: the rig and its size, starts, rate, encoders, noise, and how strong the

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """How much an effect can be seen: what of it no other parameters and starts of the paper's model imitate."""
 
 import math

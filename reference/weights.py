@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A rod with a weight clamped to it is one rigid body: its mass, centre and inertia by the parallel axis theorem."""
 
 from collections.abc import Mapping

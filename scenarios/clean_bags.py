@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Bags of a pendulum that the paper's model explains: nothing is hidden in them, and the encoders only count."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Messages that a driver publishes beside joint states, as the bytes that a bag holds."""
 
 from collections.abc import Mapping

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Trials of one rig that motors in the joints, or its cart, drive."""
 
 import numpy as np

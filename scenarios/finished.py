@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Finished identifications and their reports: of the example bags, and of trials one of which has a weight."""
 
 from pathlib import Path

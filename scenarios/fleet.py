@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Bags of several rigs on several days, as their recorders leave them."""
 
 from collections.abc import Mapping

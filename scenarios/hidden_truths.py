@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Hidden truths of rigs of the paper's size whose dry friction is smooth, as trials of the package."""
 
 from cdp_ident.trial.trial import Trial

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A rig that is recorded swing by swing, each fitted along with those before it."""
 
 from collections.abc import Sequence

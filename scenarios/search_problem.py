@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The paper's own search problem, on a twin: what its two algorithms are compared on (Section 4)."""
 
 from collections.abc import Callable

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The paper's own setting: one trial followed from a start that is known exactly, the parameters anywhere in the box.
 
 What search and the fit of whole swings make of it is compared with other optimizers, on the same twin from the same

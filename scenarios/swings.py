@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Whole swings of a pendulum whose parameters are known, as the likelihood takes them."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Twins: trials of a pendulum whose parameters are known, measured as a real rig measures."""
 
 import functools

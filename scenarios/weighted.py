@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Trials of one rig without and with a weight on its outer rod, as the package's own."""
 
 from collections.abc import Mapping

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What tests stand on: DDS of their own on this machine, signals that arrive, and one finished identification."""
 
 import fcntl

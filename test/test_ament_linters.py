@@ -1,12 +1,17 @@
-"""ROS's own linters pass, in the configurations that are here. They come with ROS, or with requirements-dev.txt.
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""ROS's own linters pass, in the configurations that are here.
 
-ament_copyright is not among them: QUALITY_DECLARATION.md says why.
+They come with ROS, those but `ament_copyright` with requirements-dev.txt, too.
 """
 
 import importlib
+from importlib.metadata import entry_points
 from pathlib import Path
 
 import pytest
+
+from cdp_ident.spdx_header import file_headers
 
 ROOT = Path(__file__).parents[1]
 CODE = [str(ROOT / name) for name in ("cdp_ident", "launch", "examples", "setup.py")]
@@ -24,6 +29,22 @@ MADE = ["--exclude", str(ROOT / "cdp_ident/model/formulas/laws.py")]
 def test_ros_s_linter_finds_nothing(linter, configuration, capfd):
     main = pytest.importorskip(f"{linter}.main", reason=f"{linter} is not installed").main
     assert main([*configuration, *MADE, "--", *CODE]) == 0, capfd.readouterr().out
+
+
+def test_each_file_says_whose_it_is_and_its_licence_as_ros_s_linter_asks():
+    header = file_headers[0].format(copyright="Copyright 2026 cdp_ident maintainers")
+    lines = "".join(f"# {line}\n" for line in header.splitlines())
+    folders = ("benchmarks", "cdp_ident", "docs", "examples", "fuzz", "launch", "reference", "scenarios", "test")
+    files = [ROOT / "setup.py", *(file for folder in folders for file in (ROOT / folder).rglob("*.py"))]
+    assert [str(file) for file in files if not file.read_text().startswith(lines)] == []
+
+
+@pytest.mark.skipif(
+    not entry_points(group="ament_copyright.license", name="apache2_spdx"), reason="it is not installed"
+)
+def test_ros_s_linter_knows_the_header_by_the_package_s_entry_point(capfd):
+    main = pytest.importorskip("ament_copyright.main", reason="ament_copyright is not installed").main
+    assert main([*MADE, "--", *CODE]) == 0, capfd.readouterr().out
 
 
 def test_ros_s_release_tool_reads_the_version_from_the_changes():

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The subpackages import each other only as docs/explanation/architecture.md has it; one of them knows effects."""
 
 import ast

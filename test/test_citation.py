@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """CITATION.cff and REUSE.toml say what package.xml says."""
 
 import xml.etree.ElementTree as ET

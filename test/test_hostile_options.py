@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Whatever an option or a parameter says, an executable ends with an exit code, and bad input is told in one line."""
 
 import importlib

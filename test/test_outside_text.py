@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Text from outside is shown on one line, without what commands a terminal or turns the direction of writing."""
 
 import os

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A program goes on, and says in one line what became of its output, wherever that goes."""
 
 import os

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Executables are started by name, and Ctrl-C ends them in one line from the beginning."""
 
 import os

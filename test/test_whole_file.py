@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Files take their places whole, and nothing that another put in the way is written, followed or removed."""
 
 import secrets

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """YAML from outside is read within limits, and whatever is wrong with it is one short line."""
 
 import os

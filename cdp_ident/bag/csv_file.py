@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Tables of numbers from the CSV file of any laboratory, read as they are found."""
 
 import gzip

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """How the rows of a CSV file are written: what parts columns, which sign decimals have, which columns hold numbers."""
 
 import csv

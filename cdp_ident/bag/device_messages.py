@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What a bag holds of the device beside its samples: its own time of each, and how fast its clock runs."""
 
 import struct

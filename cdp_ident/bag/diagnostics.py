@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What drivers say of their rigs, in the bytes of `diagnostic_msgs/msg/DiagnosticArray` messages, without ROS."""
 
 import math

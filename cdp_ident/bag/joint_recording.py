@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The joint positions of a bag as arrays, collected message by message."""
 
 from __future__ import annotations

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Limits on decompressing a bag: a few kilobytes can claim, or be compressed from, any amount of data."""
 
 from pathlib import Path

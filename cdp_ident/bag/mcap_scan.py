@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """One pass through an MCAP file that keeps every complete chunk, whether or not the file was finished."""
 
 import os

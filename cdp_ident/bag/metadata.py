@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """`metadata.yaml` of a rosbag2 folder, in the version that ROS 2 Jazzy writes, and what a recorder wrote into it."""
 
 from collections.abc import Mapping, Sequence

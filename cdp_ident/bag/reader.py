@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Reading the joint positions of any rosbag2 bag."""
 
 from __future__ import annotations

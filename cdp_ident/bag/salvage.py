@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Completing a bag whose recorder was killed: its MCAP file lacks the end, and `metadata.yaml` is missing or stale."""
 
 import fcntl

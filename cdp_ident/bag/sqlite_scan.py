@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """One pass through an SQLite file of a rosbag2 bag."""
 
 import os

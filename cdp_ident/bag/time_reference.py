@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """`sensor_msgs/msg/TimeReference` from its bytes on the wire (CDR), without ROS."""
 
 import struct

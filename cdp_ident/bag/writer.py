@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Writing a rosbag2 folder: one MCAP file and its `metadata.yaml`."""
 
 import fcntl

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A comparison on the terminal and in a folder."""
 
 from collections.abc import Sequence

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """From a CSV file to a bag, for `import_csv`: length, rate and gravity's direction are compared with the motion."""
 
 import argparse

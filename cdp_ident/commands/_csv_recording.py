@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """From a table to the samples of a recording, for `import_csv`: the same that a bag with its numbers gives."""
 
 import argparse

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Puts the results of several identifications side by side."""
 
 from pathlib import Path

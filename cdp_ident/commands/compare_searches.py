@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Puts the paper's two genetic algorithms side by side on bags."""
 
 from functools import partial

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Make a bag of a CSV file: `import_csv CSV --out DIR …`."""
 
 from cdp_ident.command_line import entry_point

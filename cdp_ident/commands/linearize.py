@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Make a linear model of a fitted one: `linearize FITTED.yaml`."""
 
 from pathlib import Path

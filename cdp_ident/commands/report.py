@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Draws the report of an identification anew from its numbers and curves."""
 
 from pathlib import Path

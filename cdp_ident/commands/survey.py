@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Identifies the bags of many rigs and days, and tells what changed and which rig differs."""
 
 from pathlib import Path

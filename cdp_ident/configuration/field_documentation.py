@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The words that stand beneath the fields of a dataclass, so that they need not be written a second time."""
 
 import ast

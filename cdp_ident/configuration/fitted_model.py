@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The fitted model by named values, as `fitted.yaml` and the node `identify` have it: written from a report, read back.
 
 The physical parameters, the base parameters (`groups.<symbol>`) and the effects (`effects.<name>.<joint>.<parameter>`),

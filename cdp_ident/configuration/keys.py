@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The table of all configuration keys of an identification.
 
 The defaults, and most descriptions, are those of the dataclasses that the values end up in.

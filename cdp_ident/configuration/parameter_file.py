@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """ROS parameter files, read and written without ROS.
 
 `--config FILE` is read here, `--ros-args --params-file FILE` by ROS itself; both mean the same:

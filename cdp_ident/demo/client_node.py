@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A node that hears what the others publish, calls their services and reads their parameters, as any node would."""
 
 import time

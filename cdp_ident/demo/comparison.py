@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What was hidden in an emulated rig beside what was found."""
 
 from collections.abc import Iterator

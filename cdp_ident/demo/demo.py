@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Shows the whole way from a rig's serial port to parameters that other nodes read, on this machine."""
 
 import json

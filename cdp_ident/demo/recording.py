@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Trials of an emulated rig, recorded as those of a real one are."""
 
 from collections.abc import Callable

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A trial that could be recorded next: the whole swing that it would be, and what that would say of the values."""
 
 from dataclasses import dataclass, replace

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What makes a trial good: by how much it shrinks the uncertainty of what is asked for.
 
 D-optimal is the trial with the smallest determinant of the covariance, that is volume of the confidence region;

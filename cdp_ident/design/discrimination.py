@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Two effects that the trials do not distinguish: which further trial does.
 
 T-optimal is the trial in which the alternative model, its values adjusted as well as they can be, comes least near to

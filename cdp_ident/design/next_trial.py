@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What a next trial would tell, start by start, under every criterion."""
 
 from collections.abc import Callable, Sequence

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The starts that a hand can lead both rods to, surveyed for the best one."""
 
 from collections.abc import Callable

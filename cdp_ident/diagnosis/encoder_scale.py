@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Whether the encoders' counts per turn are what they are taken for, by the balance of forces with the lengths known.
 
 `trial.encoder_scale` tells the principle; it looks at one recording, whose lengths are not known.

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Errors of a model with given values, simulated against measured motion, and whether it follows that at all."""
 
 from collections.abc import Sequence

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What the trials determine, and what they cannot tell apart.
 
 Two questions are kept apart: how well the motion shows the unknowns of the model (their sensitivities answer), and

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A22, the inertia about the cart's joint, relative to which a free swing determines all parameters."""
 
 from dataclasses import dataclass

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Whether the given length between the joints agrees with the balance of forces.
 
 The coupling of the rods, A23, over the outer rod's moment of gravity, m2 l2, is L: as it is taken for exact, a small

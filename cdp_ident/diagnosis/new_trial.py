@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The check of a new trial by the model that was identified before it came."""
 
 from dataclasses import dataclass, replace

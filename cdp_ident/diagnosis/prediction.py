@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """How far ahead a model predicts, from the measured motion up to an instant.
 
 At each start the state is fitted to a short stretch of measured angles before it, the parameters held, and the model is

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Whether the estimates from each trial alone agree with each other."""
 
 from collections.abc import Collection, Sequence

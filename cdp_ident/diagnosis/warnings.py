@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Reasons to doubt an identification, each with a name."""
 
 from collections.abc import Iterable, Iterator

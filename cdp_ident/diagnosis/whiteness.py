@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Whether the residuals of a model are white, and uncorrelated with each other and with the cart's motion.
 
 Residual analysis as of Box and Jenkins (Time Series Analysis, 1970, Section 8.2) and Ljung (System Identification,

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """An effect as a part of a model that is fitted."""
 
 from dataclasses import dataclass

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """How far the residuals of a fit are correlated in time."""
 
 from collections.abc import Sequence

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The base parameters and strong effects from measured angles alone, without initial values, a box or a simulation.
 
 The balance of forces in weak form (`trial/weak_form.py`) is linear in the base parameters once L and g are known, for

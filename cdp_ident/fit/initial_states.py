@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """How a model follows windows of the motion: its values are held, each window's initial state is fitted.
 
 It measures how well a model predicts. Each window is a least-squares problem of its own, with its own damping

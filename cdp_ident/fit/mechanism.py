@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What a model must know of the rig beforehand."""
 
 from dataclasses import dataclass

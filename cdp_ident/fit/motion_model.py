@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The model as a fit sees it: the motion that follows from the numbers that are adjusted."""
 
 from collections.abc import Sequence

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The noise of the measured angles, estimated from them alone.
 
 White noise is what differences of neighbouring samples show. Noise that is remembered from sample to sample is what is

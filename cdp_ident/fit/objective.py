@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Eq. (10) over windows of trials: what the genetic search makes small."""
 
 from collections.abc import Callable, Sequence

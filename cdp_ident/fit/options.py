@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """How trials are fitted: everything that a user may choose, with its default."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """From the base parameters (and, with weights, A22) to the nearest of all physical values that have them.
 
 Of all physical parameters that have the fitted base parameters, those are chosen that lie closest to what was known

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """How long a motion is predictable: how long a simulation follows it before the initial state's error is too large.
 
 Errors of an initial state grow by the equations of motion linearised along the motion (finite-time Lyapunov growth:

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What is known about the physical parameters before any trial: nominal values, ranges, and what was measured."""
 
 from collections.abc import Mapping

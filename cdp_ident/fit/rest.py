@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Joints at rest: where they are, and how little the readings of their encoders say there."""
 
 from itertools import pairwise

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Two roles of motion: what is fitted, by which effects are chosen, too, and what is held out to the end.
 
 The error over motion that was used to choose between models is too small for the chosen model, as is the error over

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The scales of a rig: every time and speed that the identification needs, from the rig and its data.
 
 Lengths and gravity make the unit of time, sqrt(L / g). Everything that was chosen for the paper's rig (L = 0.4 m) is a

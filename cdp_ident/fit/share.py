@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A share of long recordings, for what need not be done with all of them.
 
 Looking for effects takes hundreds of fits, whose time grows with the motion. Of what an hour shows, a minute or two

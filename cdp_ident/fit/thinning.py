@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Thinning: neighbouring samples are averaged where there are more of them than the motion needs.
 
 Averaging over a span h also takes h^2 / 24 of the motion's second derivative off; that is put back by the second

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The unknowns of a model as a trial shows them in which known weights are clamped to the rods.
 
 Everything is seen over the inertia about the cart's joint. With weights that is s times A22, s = 1 + a / A22, and an

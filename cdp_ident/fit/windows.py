@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Trials cut into windows, each simulated from an initial state of its own.
 
 A double pendulum is chaotic: beyond a few seconds no simulation from one initial state follows an energetic trial,

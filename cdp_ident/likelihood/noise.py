@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The noise of encoders and the size of unknown torques, and what readings are worth under them."""
 
 from collections.abc import Sequence

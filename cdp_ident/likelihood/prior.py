@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What is known of a model's values before any trial: the part of the evidence that keeps models small.
 
 A strength may well be zero, and is hardly larger than a torque that gravity has; a shape parameter is of the size that

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What is looked at: the swings of the trials that are fitted, or of everything that was measured."""
 
 from collections.abc import Sequence

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What whole swings say of a model's values, once states and impulses of unknown torques are eliminated.
 
 It is a triangle (unknowns, unknowns + 1) whose products are the information, and a determinant for the evidence; see

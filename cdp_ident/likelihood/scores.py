@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What effects that a model does not have would do for it, from its own sweep: no fit is needed for that.
 
 Each is put into the model with no strength; what readings say of it, once the model's own values, states and impulses

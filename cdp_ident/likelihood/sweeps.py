@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The sweeps over the nodes of a swing: backwards for the information, forwards for the states (compiled).
 
 Between nodes k and k + 1 the deviations x of the state from where it was linearised, and those of the unknowns p, obey

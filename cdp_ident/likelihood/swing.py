@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A swing between nodes: what the model says from the states at these, and its derivatives (multiple shooting)."""
 
 from collections.abc import Sequence

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The most likely values of a model's unknowns, given whole swings, and how likely they make what was measured.
 
 States are estimated at nodes along each swing, and each node's follows from the one before: by the model, and by

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Calls of compiled code by its address, and views of memory.
 
 What is called so is compiled by itself: laws, of which loops know nothing when they are compiled, and the larger parts

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """How the model's inner loops are compiled, and where the compiled code is kept.
 
 Compiling takes seconds, so the result is kept on disk. By itself numba looks at the place and the time of the file of

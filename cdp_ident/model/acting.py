@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The effects that act on a pendulum, with their parameters, laid out for compiled code."""
 
 from collections.abc import Callable, Iterator, Sequence

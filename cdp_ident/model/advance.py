@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The derivatives of a state, carried through a step of the integrator: machine code that computes directions together.
 
 They follow the state's own Runge-Kutta step, whose stages left their derivatives by the state and by the directions.

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Sine and cosine together, for compiled loops: for the lanes of a vector register, and faster than a call."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A model's laws and the room to compute motions in, as compiled code takes them.
 
 Each is a structure with named fields, and what is in an array has named places: what is looked at by its place in an

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The linear model for small motions about an equilibrium, for controller design.
 
 The equations of motion about angles at which the rods can rest, in the form x' = A x + B u, y = C x + D u, where u is

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Motions of a pendulum from given beginnings, with any effects, and on request their derivatives."""
 
 from collections.abc import Sequence

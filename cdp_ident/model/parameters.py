@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The physical parameters of the model, their nominal values and ranges, and the base parameters.
 
 A zero-input motion depends on the nine physical parameters only through five numbers, the *base parameters* (in code,

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A part of a step of a motion: as long as its error allows, and up to where a mode ends (compiled)."""
 
 from numba import float64

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Many pendulums at once, each compared with the same measured motions, for the genetic search.
 
 The members of the population lie in lanes side by side, and the compiled loop over lanes does the whole

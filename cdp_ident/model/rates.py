@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 r"""The rate of change of a pendulum's state under any laws, and its derivatives (compiled).
 
 The equations of motion are M alpha = N + p (U - u), divided by A22: U is the whole acceleration of the cart's joint, u

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What an encoder shows of a motion at one instant, and its derivatives (compiled)."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """One step of the integrator, and the derivatives of the state carried along (compiled).
 
 The derivatives, by the state at the beginning, by coefficients and by parameters, go through the same steps as the

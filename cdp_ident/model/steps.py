@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A motion, step by step, with its derivatives and what encoders show of it (compiled).
 
 A step is divided where a joint with dry friction stops or breaks loose and where a state reaches its limit

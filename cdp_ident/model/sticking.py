@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """When joints stop, stick and break loose, and states reach a limit, and what that does to derivatives (compiled).
 
 A step of the integrator ends where a joint's speed passes through zero, where the torque that holds a sticking joint

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The integrator's own steps, and how to read a motion at measurement times that are not on them."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Weights as people and files give them: `added.<rod>` and `added_std.<rod>`, each a list of numbers."""
 
 from collections.abc import Iterable, Mapping, Sequence

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Known weights clamped to the rods: what they add to the pendulum's inertias and moments.
 
 A free swing shows everything over A22. A weight adds so many kg m^2 of its own, so that trials with different weights

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Reads the rig's encoders from its serial port, publishes the joints' positions, and forwards commands of the cart."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Behaves like a rig on a serial port: for demonstrations, tests, and work without the rig."""
 
 import argparse

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The ROS side of `identify`: parameters, the service to identify again, and the state."""
 
 import threading

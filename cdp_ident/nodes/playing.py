@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A replay or a free motion on the simulator's node: played by a thread, at absolute deadlines."""
 
 import threading

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Records free-swing trials as rosbag2 bags, one bag a trial."""
 
 from typing import Any

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A simulated motion beside a live rig on the simulator's node: every position of the rig brings one of the model."""
 
 from contextlib import suppress

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Shows how the fitted model moves: beside a recorded trial, beside the live rig, or alone."""
 
 from collections.abc import Callable

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Compile the loops before they are used: when the package is built, or else beside the first steps of a first run.
 
 Compiled code is kept, so that this matters once for each user and version. Run, this module compiles all loops that are

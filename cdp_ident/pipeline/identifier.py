@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """One identification from the command line's request to the files of its report, without ROS."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The whole identification of the paper's model: trials in, parameters with intervals and errors out."""
 
 from collections.abc import Callable, Sequence

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """From trials to parameters and effects, over windows as long as the motion can be followed."""
 
 from collections.abc import Callable, Sequence

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """From bags to an identification: what `identify` does, without ROS and without a terminal."""
 
 import time

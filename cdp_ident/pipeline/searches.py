@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The paper's two genetic algorithms on the same trials, each with several seeds."""
 
 import time

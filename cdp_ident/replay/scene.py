@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What can be shown: a motion of the model alone, or beside a recorded trial."""
 
 import math

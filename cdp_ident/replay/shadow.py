@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The model's motion beside a live rig: from each release on, until the pendulum rests, is caught or is pushed."""
 
 from collections.abc import Iterator

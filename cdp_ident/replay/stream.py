@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A model's motion from one start on, asked for piece by piece."""
 
 import numpy as np

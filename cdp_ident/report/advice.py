@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Which trial to record next, in words, and as maps over the angles from which both rods are let go."""
 
 from collections.abc import Iterator

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The report as a document: its chapters, and the rows of their tables, each said once for all forms of it."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Several reports side by side, as before and after a bearing was changed."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What the pictures of a report show beside its numbers: motion, measured and simulated, and missing torques."""
 
 from collections.abc import Iterator

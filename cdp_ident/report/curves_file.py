@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """`curves.npz`: the curves of a report as plain arrays, from which its pictures are made anew."""
 
 import io

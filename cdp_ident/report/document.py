@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A document, of what it is made, and as text: at a terminal and as Markdown; `page` has it as a page.
 
 Each table, sentence and figure stands once, for all forms.

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The effects of an earlier report: which may be expected again, and what became of them."""
 
 from collections.abc import Sequence

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The information that a next trial would bring, as `report.json` holds it."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What a report is made of: the bags, how they were identified, and the result."""
 
 from collections.abc import Mapping

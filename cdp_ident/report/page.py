@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A document as a page that needs nothing beside itself; text from bags and files stays text.
 
 That of a report has everything in it, its pendulum included.

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Draws reports for people: page, text and figures, from `report.json` and `curves.npz` alone."""
 
 from collections.abc import Iterable

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What is needed to repeat a run: checksums of the bags, versions of the software."""
 
 import hashlib

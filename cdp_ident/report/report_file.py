@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Reads `report.json`, and checks it against its schema: it may come from anyone."""
 
 import json

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The schema of `report.json`, read from `schema.md`: the one statement of what a report holds.
 
 It is a JSON Schema (draft 2020-12), with a limit to everything that is repeated, since a report may come from anyone.

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The paper's two genetic algorithms side by side: its Tables 4 and 5, and evolution, contrast curves and errors."""
 
 import statistics

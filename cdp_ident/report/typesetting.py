@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Formulas of laws, typeset from their syntax: as MathML for a page, and as LaTeX for documents."""
 
 import ast

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Numbers, names and findings of a report as people read them, and the few numbers that follow from it.
 
 A number that is not finite is infinite.

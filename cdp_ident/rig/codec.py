@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Records as frames, in the two ways that docs/reference/protocol.md describes byte for byte."""
 
 import re

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Prediction of a rig's next sample, to recognise one that is wrong."""
 
 import math

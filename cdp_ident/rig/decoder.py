@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """From a serial port's bytes to verified records: never raises, whatever the bytes are."""
 
 from collections import deque

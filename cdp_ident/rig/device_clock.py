@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """When a sample was measured: the device's clock mapped to the host's, past the delays of the line."""
 
 from collections import deque

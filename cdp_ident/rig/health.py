@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """How the rig is doing, in the levels and words of `/diagnostics`."""
 
 import math

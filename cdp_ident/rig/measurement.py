@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """From a serial port's bytes to stamped joint positions: everything of the driver but the port and ROS."""
 
 import threading

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The serial port: found, opened exclusively, read and written, and found again after it was unplugged."""
 
 import fcntl

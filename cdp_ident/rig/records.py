@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What a rig sends, samples of its encoders and now and then a greeting; and what it is sent, commands of its cart."""
 
 from enum import IntFlag

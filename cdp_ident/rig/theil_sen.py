@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The slope of a line through points of which some are far off: the median of the slopes between all pairs."""
 
 import math

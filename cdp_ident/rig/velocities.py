@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Velocities of joints whose positions are measured: of a parabola through the last of them."""
 
 from collections import deque

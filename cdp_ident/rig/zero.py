@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The counts at which the pendulum hangs, kept in a file across restarts of the driver."""
 
 from dataclasses import dataclass

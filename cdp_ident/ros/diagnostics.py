@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What a node says of itself in `/diagnostics`, once a second, and with that severity in its log."""
 
 from collections.abc import Callable

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Publishing joint states as bytes: that takes a third of the time of messages."""
 
 from collections.abc import Sequence

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What the launch files share: nodes in a namespace that end together, and packages that must be there before."""
 
 import importlib.util

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What every node shares: arguments, and a life that ends cleanly."""
 
 import argparse

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A node's parameters: typed, described, checked, and changed in one piece."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Quality of service of the topics: what is asked for and offered, and how users and publishers change it."""
 
 from collections.abc import Callable, Sequence

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The parameters that say which weights are clamped to the rods; they may change from trial to trial."""
 
 from typing import Any

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The rig's description: made of a model, and given anew to robot_state_publishers when a node serves another model."""
 
 from collections.abc import Mapping

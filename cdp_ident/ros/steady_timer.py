@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Timers for what waits for the wall's time."""
 
 from collections.abc import Callable

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Services of people's tools: `std_srvs/Trigger`, answered by what an action returns or raises."""
 
 from collections.abc import Callable

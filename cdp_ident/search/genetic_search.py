@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The genetic search, traditional (TGA) and improved (IGA), as the paper has them (Section 3.6)."""
 
 from collections.abc import Callable

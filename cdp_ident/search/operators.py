@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The steps that the genetic algorithms are made of, one function each: the traditional ones, then the improvements.
 
 A chromosome is a row of genes in the box [lower, upper]. Operators that take pairs work on all pairs of a generation

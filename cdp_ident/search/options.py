@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The settings of the genetic search, all in one place: the paper's."""
 
 from dataclasses import dataclass

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """When a quantity changed, and the probability of such a change by chance.
 
 The series x_i, with standard deviations s_i up to one common factor, has one mean until an instant and another from

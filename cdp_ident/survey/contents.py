@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The contents of `survey.json`: the result of each piece, quantities over time, what changed, which rig differs."""
 
 from collections.abc import Iterator, Sequence

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """One piece of a survey, identified as `identify --once` does, and what is kept of it."""
 
 import io

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """`survey.html`: parameters and effects over time, what changed, which rig differs."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What a survey is made of: bags grouped by rig, and pieces of a rig's bags that are identified together."""
 
 import hashlib

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A survey from folders to finished pieces: what is there already is kept, the rest goes to the workers."""
 
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A survey as tables and sentences, for terminal and page."""
 
 from collections.abc import Iterator, Sequence

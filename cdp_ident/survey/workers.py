@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Work in other processes, of which one that dies costs its own piece of work alone.
 
 All of it goes through `concurrent.futures.Executor`: `Processes` is one on this machine, a Dask client has one for

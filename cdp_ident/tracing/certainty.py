@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """How sure the names of effects are: their share of the probability of all models that were fitted.
 
 A rig may have an effect that is not in the catalogue, and one that is may imitate a part of it. So a name is sure only

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Effects that are expected because they were found on the rig before: confirmed, fitted again, or withdrawn."""
 
 from dataclasses import dataclass

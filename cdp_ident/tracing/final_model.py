@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A chosen model, evaluated by the motion that was held out."""
 
 from dataclasses import dataclass

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The final values of a chosen model: those of everything that was measured, once what was held out has judged it."""
 
 from collections.abc import Callable, Sequence

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The effects of a model in physical units, and what curves look like."""
 
 from collections.abc import Sequence

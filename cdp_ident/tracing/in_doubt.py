@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Effects that the motion neither shows nor excludes, and how uncertain they make a model's values.
 
 An interval states what the chosen model leaves open, as if the choice were sure. An effect that is too weak to be

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Known shapes that a nonparametric torque is similar to; other causes may have the same shape."""
 
 from collections.abc import Iterator

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The sample at which counts were lost: no derivative by time leads there, but residuals say it at once."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The torque in each joint that a model lacks, along the motion: the smoothed unknown torque of the likelihood."""
 
 from dataclasses import dataclass

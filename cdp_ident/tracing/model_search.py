@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The search for the most probable model: from each, its neighbours by one effect, until none is more probable.
 
 Models are compared by one number, their evidence with the odds against their effects (Kass and Raftery, Bayes

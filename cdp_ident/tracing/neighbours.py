@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Models that differ from one by an effect: what may be added, what may take an effect's place, what may go."""
 
 from collections.abc import Iterator, Sequence

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """How unlikely an effect is before any trial: the odds against it that the evidence has to outweigh."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """From a fitted paper's model to the effects that it lacks."""
 
 from collections.abc import Callable, Iterator, Sequence

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The outcome of a search for the effects that a model lacks."""
 
 from dataclasses import dataclass

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """From an identification to the effects that explain its residual, in physical units."""
 
 from collections.abc import Callable, Mapping, Sequence

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What remains when the search ends: torques that no law gives, and readings that scatter more than their noise."""
 
 from collections.abc import Iterable, Iterator

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The balance of forces of the recorded motion, without any parameter known beforehand.
 
 It holds, in weak form (`weak_form`), in every window in which nothing but gravity, the joints' friction and the cart's

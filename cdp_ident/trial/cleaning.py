@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """From samples as they came to pieces of continuous angles at strictly increasing times."""
 
 from dataclasses import dataclass

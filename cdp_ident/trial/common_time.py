@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Joints that are measured at times of their own, at common times."""
 
 import numpy as np

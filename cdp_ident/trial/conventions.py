@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Check of the angles' conventions by the physics of the motion itself.
 
 Of the meanings that the outer angle can have, only the right one satisfies the balance of forces (`balance`): the

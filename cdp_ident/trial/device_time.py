@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The device's own time of the samples instead of their stamps.
 
 Stamps map the device's clock to ROS time by a running fit, whose rate changes by some parts in a million, and by much

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """An encoder's noise and steps, from differences of neighbouring samples."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Whether readings are a factor times the angles: the counts per turn are not what they are taken for.
 
 Gravity's torque goes with the sine of an angle, and so shows how large the angle is. Where edges of an encoder's

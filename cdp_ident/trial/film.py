@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """From markers on a film to the angles of the rods.
 
 A camera that looks along the joints' axes sees the pivot, the joint between the rods and the tip (or any other point of

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """From samples as recorded to the zero-input motion in them, checked against the physics."""
 
 from collections.abc import Sequence

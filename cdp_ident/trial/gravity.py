@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Where gravity pulls, by the motion: it tells whether a camera leans, and where a counter of a few bits began."""
 
 from dataclasses import replace

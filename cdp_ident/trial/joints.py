@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """From a bag's joints to the model's: which column is which, and the conventions of the numbers."""
 
 from dataclasses import dataclass

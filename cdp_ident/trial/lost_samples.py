@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Samples that were lost among others that came in bursts, whose stamps tell little of when each was measured.
 
 Fast motion tells where time is missing. Where it is slow, bursts do: with a sample missing before, all later ones are

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The lumped numbers with which the balance of forces holds in most of a motion."""
 
 from collections.abc import Sequence

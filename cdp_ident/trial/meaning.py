@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The balance of forces of recorded joints, under one meaning of their angles."""
 
 import itertools

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Options of loading a trial, whose defaults are the project's conventions, and how messages name them."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Samples in the order of their stamps, whatever order they are stored in."""
 
 from bisect import bisect

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What a motion is that is not a free double pendulum's: of a joint that is still, one pendulum, or driven joints.
 
 The balance of forces (`balance`) tells. In one pendulum, whatever stands in the other column, nothing is coupled: the

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Samples that are no measurements: spikes of an encoder or of a damaged recording, up to three in a row.
 
 The smallest set of samples is looked for without which the motion around it is smooth while each of the set is far from

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The motion in a recording, before anything is known of what its angles mean."""
 
 from dataclasses import replace

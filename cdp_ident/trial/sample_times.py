@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """When samples were measured: by their stamps, by the times of receipt or by their count, as the motion tells.
 
 A stamp may hold milliseconds where nanoseconds belong; a USB converter hands over what came in 16 ms, a driver what is

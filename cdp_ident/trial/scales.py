@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The scales of a rig's motion, from the motion itself: nothing about the rig needs to be known.
 
 A double pendulum of 5 cm swings six times as fast as one of 2 m, so nothing that looks at its motion can be so many

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A trial: one stretch of motion without input, or with a known one, in the angles that the model uses."""
 
 from collections.abc import Sequence

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Whether readings that are taken for radians are degrees: gravity explains the motion in the right unit alone."""
 
 import itertools

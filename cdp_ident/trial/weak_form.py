@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The balance of forces in weak form: linear in lumped numbers, without accelerations.
 
 The equations of motion of both rods are rates of change of momenta p and torques q, each linear in lumped numbers over

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Finding the zero-input part of a recording: no hand at the rods, the cart not driven, and still moving."""
 
 from collections.abc import Sequence

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Bombs: bags of a few kilobytes that claim, or are compressed from, far more than a computer holds."""
 
 import ast

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Any rosbag2 bag is read, or refused with one clear error."""
 
 import os

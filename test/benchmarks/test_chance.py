@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The bootstrap of the fitted model finds nothing where only chance is."""
 
 import numpy as np

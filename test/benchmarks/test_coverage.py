@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Intervals are compared with what is true, and counted by noise, rate and what is hidden."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The gallery of effects: all of the catalogue is in it, and its page is that of what was found."""
 
 from benchmarks._gallery_page import Strengths, page, read_entries

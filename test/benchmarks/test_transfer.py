@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Controllers get one try each on hidden rigs; the table counts those that stood."""
 
 import pytest

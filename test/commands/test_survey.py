@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Bags of several rigs and days, surveyed by real workers."""
 
 import json

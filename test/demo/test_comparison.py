@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What was hidden stands beside what was found, in the units that a free swing shows."""
 
 import copy

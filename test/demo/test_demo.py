@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The demonstration does what it says, and leaves no process behind however it ends."""
 
 import os

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A rig of which one swing is recorded, for all that a next one is asked of."""
 
 import numpy as np

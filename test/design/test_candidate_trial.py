@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What a trial that is not recorded yet would show."""
 
 from dataclasses import replace

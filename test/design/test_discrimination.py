@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Two effects that the trials do not distinguish, and the trial that does."""
 
 from dataclasses import replace

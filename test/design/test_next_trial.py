@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The next trial, and what it is worth when it is recorded."""
 
 from dataclasses import replace

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The best of the starts that a hand can lead both rods to."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Where encoders show a factor times the angle, the balance of forces with the lengths known tells the factor."""
 
 from functools import cache

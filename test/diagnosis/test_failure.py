@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A fit that does not follow the motion is called failed."""
 
 from dataclasses import replace

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What is said of a fit, whatever part of it cannot be computed."""
 
 from dataclasses import replace

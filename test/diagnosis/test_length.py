@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A length that was given wrongly is seen in the balance of forces."""
 
 import re

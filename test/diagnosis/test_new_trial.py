@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A new trial before it is fitted: does what was identified still hold?"""
 
 from dataclasses import replace

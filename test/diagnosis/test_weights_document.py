@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The tables of docs/how_to/weights.md, made anew from the ranks of what trials show."""
 
 from dataclasses import replace

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The page of the library is made of modules that exist, and its example runs."""
 
 import re

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The example of docs/how_to/effect.md is followed in a copy of the package, and the effect that it adds is tried."""
 
 import re

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """docs/reference/nodes.md says what the nodes offer and take."""
 
 import re

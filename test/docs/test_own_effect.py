@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """docs/how_to/own_effect.md is followed: a magnet that the catalogue lacks is hidden in a rig that other equations
 move."""
 

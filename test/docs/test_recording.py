@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The README's moving picture of the demonstration shows the lines that came, in their order."""
 
 import runpy

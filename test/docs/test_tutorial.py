@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The commands of docs/tutorial.md, run one after the other as a reader would."""
 
 import os

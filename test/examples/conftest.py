@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Examples are programs, not a package: tests find them as they find each other."""
 
 import sys

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Motions of pendulums of any size, sticking ones among them, as encoders show them."""
 
 from functools import cache

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Initial states fitted alone, each window for itself."""
 
 from dataclasses import replace

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What the encoders show, and its derivatives by all that a fit adjusts."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """From the base parameters to the nearest possible physical values."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Windows in which effects are looked for are spread evenly over all trials, whatever repeats in them."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Each campaign keeps its promises in small, and tells a promise that is broken."""
 
 import pytest

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A base that moves is told from torques in the joints: one acceleration drives both rods."""
 
 from dataclasses import replace

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Noise of encoders that is remembered is told from white noise, and whitened."""
 
 from dataclasses import replace

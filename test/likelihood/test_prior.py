@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What is known of values beforehand scales with the rig and keeps curves smooth."""
 
 import math

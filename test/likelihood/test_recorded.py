@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What is looked at is what is fitted; of long recordings, pieces that are spread evenly."""
 
 from dataclasses import replace

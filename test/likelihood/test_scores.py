@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A score foresees what a fit with an effect then finds, and what happened at one instant is found at its node."""
 
 from dataclasses import replace

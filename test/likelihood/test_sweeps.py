@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The sweeps find what one large least-squares problem of all states, impulses and unknowns has as its solution."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Whole swings give values as exact as their noise lets them be, and say what the model lacks."""
 
 import math

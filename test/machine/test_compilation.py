@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Compiled code is fast, is kept only as long as it is good, and does the same wherever it was compiled."""
 
 import ast

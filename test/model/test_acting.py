@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Effects laid out for compiled code: their states, their directions of derivatives, and which of them act."""
 
 from dataclasses import replace

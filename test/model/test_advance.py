@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Motions come with their derivatives, by the start, the coefficients and every effect's parameters."""
 
 from dataclasses import replace

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Motions are the reference's, with nothing but what they were given in them."""
 
 from dataclasses import replace

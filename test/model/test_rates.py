@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Accelerations are the Lagrangian's; a base that swings and a geared rotor are those of independent rigid bodies."""
 
 import math

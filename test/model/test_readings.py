@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What encoders show of a motion: their errors, play, lateness and a rod that bends, as described independently."""
 
 import math

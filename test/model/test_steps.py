@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Steps are divided where their error would be too large, and what cannot be computed is given up."""
 
 import numpy as np

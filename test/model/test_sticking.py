@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Joints with dry friction stop, stand still and break loose as in a simulation that locates every event."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What weights add to the pendulum's inertias and moments, held against rods that have them."""
 
 from dataclasses import replace

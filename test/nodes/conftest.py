@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Nodes as processes, and a node of the test's own that listens to them."""
 
 import signal

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The example that balances a rig: real processes, a real pseudo-terminal, real DDS, and a rig with hidden friction.
 
 Its time runs slower than the wall's, that a busy machine be quick enough, but in the campaign.

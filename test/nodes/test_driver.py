@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The driver against the emulated rig: real processes, a real pseudo-terminal, real DDS."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The node identify, on real bags: on the command line, and over DDS."""
 
 import json

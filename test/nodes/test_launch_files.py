@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The launch files, launched for real, where ROS's launch is installed; from PyPI it is not to be had."""
 
 import os

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The layouts of RViz, Foxglove and PlotJuggler show what the nodes publish: they are held against running nodes."""
 
 import json

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What `ros2 param dump` writes of a node is taken by that node."""
 
 from collections.abc import Callable

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """On a disk that is read-only nothing is begun: one line says so, and bags are read from it all the same."""
 
 import shutil

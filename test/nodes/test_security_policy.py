@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The SROS2 policy allows each node all that it says and hears, by the graph of nodes that run."""
 
 from collections.abc import Callable

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The simulator as a process, over DDS: replays, a free motion, and a shadow of the emulated rig."""
 
 import signal

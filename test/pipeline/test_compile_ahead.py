@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The first run compiles the longest loop beside its first steps; later ones load it."""
 
 import os

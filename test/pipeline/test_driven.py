@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Motion that is driven by known torques or by a measured cart: right values, A22 from torques, and the right name."""
 
 from dataclasses import replace

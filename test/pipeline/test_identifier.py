@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What `identify` leaves behind when something goes wrong, and what it makes of bags that come and go."""
 
 import io

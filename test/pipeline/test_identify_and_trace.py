@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Windows are as long as the motion can be followed, by the model that is found."""
 
 from types import SimpleNamespace

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A measured free swing of a rig that was not ours, and what the paper's model leaves of it."""
 
 from pathlib import Path

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Both algorithms on the same trials: what a search says of itself is so."""
 
 from pathlib import Path

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Trials with and without a known weight: A22, torques in N m and frictions with intervals of their own."""
 
 import json

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A driven cart is gravity in another direction; the equations of motion with u, from the Lagrangian, say the same."""
 
 import numpy as np

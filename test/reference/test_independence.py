@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The reference is of use only as long as it shares nothing with what it is held against."""
 
 import ast

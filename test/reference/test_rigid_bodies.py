@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A rigid-body engine that knows nothing of our equations moves the same plants the same way."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Motion with dry friction as it is, against scipy's integrator with events and the equations that sympy derives."""
 
 import math

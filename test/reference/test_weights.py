@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A rod with a weight on it, held against the weight as a point that moves with the rod."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Playing: order, rate, loops, and the end."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The model beside a rig that is held, let go, caught and pushed."""
 
 from itertools import pairwise

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A motion asked for piece by piece is the one that is asked for at once."""
 
 from collections.abc import Sequence

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The curves agree with the numbers of the report, and with what is hidden in the example bags."""
 
 from dataclasses import replace

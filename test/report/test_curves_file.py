@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What is read back is what was written, and what was not written by identify is refused."""
 
 from dataclasses import fields, replace

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A report as a document, and the document as text: at a terminal, and as Markdown."""
 
 import io

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What an earlier report lets expect, and what has changed since."""
 
 from dataclasses import replace

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A report replaces an earlier one as a whole, or not at all."""
 
 import json

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What is known of a rig, read again from a report's folder."""
 
 from dataclasses import asdict, replace

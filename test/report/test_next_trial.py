@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What a report says of a next trial, and what is made of it again."""
 
 import copy

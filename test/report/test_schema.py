@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """One statement says what report.json holds: for who writes it, who reads it, and its documentation."""
 
 import json

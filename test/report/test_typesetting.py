@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Formulas are typeset as they were written: what belongs together stays so, and text that is none stays text."""
 
 import html

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Both codecs: what survives the way there and back, and what is refused."""
 
 import pytest

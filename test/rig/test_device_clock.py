@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The mapping of clocks against delays of the kinds that serial lines and USB have."""
 
 from collections.abc import Callable

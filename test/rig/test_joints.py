@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Counts to positions: scale, sign, zero, roll-over and impossible jumps."""
 
 import math

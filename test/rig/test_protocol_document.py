@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """docs/reference/protocol.md: its frames are those that the codecs speak, and its sketch compiles and is understood."""
 
 import shutil

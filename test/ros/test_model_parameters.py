@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Which of the places that give a model's parameters wins."""
 
 from cdp_ident.model.parameters import NOMINAL

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """robot_state_publishers are given the model that a node serves, whenever it serves another."""
 
 import time

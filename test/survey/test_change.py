@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A change is found where it is, and chance seldom looks like one."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What a survey tells of reports whose numbers are known, and how its page shows them."""
 
 import copy

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Bags are grouped by rig, and a rig's bags into pieces."""
 
 import re

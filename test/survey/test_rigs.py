@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The rig that differs is found, and chance seldom looks like one."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A process that dies or hangs costs its own piece of work alone."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The paper's model, fitted to whole swings of a pendulum with nothing hidden and with friction in its outer joint."""
 
 import numpy as np

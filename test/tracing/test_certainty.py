@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A name is as sure as the models that hold it are probable, and as what it explains beside what remains."""
 
 from types import SimpleNamespace

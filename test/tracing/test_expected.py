@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Effects that an earlier identification of the rig lets expect."""
 
 from types import SimpleNamespace

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Trials with effects that are unknown to the package; the truth is read in the assertions alone."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Effects that the motion neither shows nor excludes make the values that imitate them less certain."""
 
 from functools import cache

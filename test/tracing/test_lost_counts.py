@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Counts are lost at a sample, which residuals say at once."""
 
 from dataclasses import replace

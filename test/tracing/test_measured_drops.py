@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Three measured drops of a rig with geared drives: what two of them show predicts the third."""
 
 from pathlib import Path

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The torque that a model lacks is given along the motion, with where it is and how sure it is."""
 
 from dataclasses import replace

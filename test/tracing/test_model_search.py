@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The search ends at the most probable model, and says how it came there."""
 
 import numpy as np

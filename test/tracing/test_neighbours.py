@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """From a model, those are proposed that its scores promise, and that it does not contain already."""
 
 from dataclasses import replace

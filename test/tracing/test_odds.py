@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Before any trial, effects are unlikely, and what may be in many places or forms shares their odds."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The whole way from a residual to the effect that explains it, on a pendulum that the package did not simulate."""
 
 import math

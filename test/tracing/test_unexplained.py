@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What remains is a torque that is missing, or readings that scatter more than their noise."""
 
 from dataclasses import replace

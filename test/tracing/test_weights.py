@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What a model lacks in a trial with a weight is given for the rig without."""
 
 from dataclasses import replace

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Recordings of a simulated pendulum in a simulated hand."""
 
 import itertools

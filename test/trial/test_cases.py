@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Recordings of the kinds that were once answered wrongly: as much of each is used as there is."""
 
 import re

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What neighbouring samples tell of an encoder."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Counts per turn that are taken wrongly are told from the motion, with the factor that puts them right."""
 
 import re

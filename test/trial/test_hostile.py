@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Whatever stands in a bag: a trial, or one clear error."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Samples are used in the order of their stamps, and a clock that is set back is told from samples stored late."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What is not a free double pendulum's motion is said, and free swings are taken whatever their motors measure."""
 
 from dataclasses import replace

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Spikes are left out, whatever is around them; what a mechanism or an encoder does is none."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The times of samples are those in which the motion is smooth: stamps, times of receipt or even ones."""
 
 from dataclasses import replace

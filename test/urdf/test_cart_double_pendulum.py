@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The rig's description moves as the model does: MuJoCo reads the URDF and knows nothing of our equations."""
 
 import xml.etree.ElementTree as ET

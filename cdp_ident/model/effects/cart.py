@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A compliant base under the rods' pull."""
 
 from cdp_ident.model.effects.effect import Effect, EffectParameter, Law, State

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The effects that are searched for. One added here is in the fit, the report, the simulation and ROS."""
 
 from collections.abc import Sequence

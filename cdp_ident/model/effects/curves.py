@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Nonparametric torques: smooth curves over a joint's angle or speed, whose shape is estimated from the data.
 
 A curve is a cubic B-spline on uniform knots; its coefficients are the effect's parameters. Its smoothness is not part

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The description of an effect, from which it is searched, fitted, reported, simulated and served."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Errors of the encoders in the angles that they report, and a rod that bends under them.
 
 The inner encoder turns by theta1 and the outer one by theta2 - theta1, so an error of the inner one is in both

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Forces on the rods and torques in the joints other than friction: the air, springs, cogging, impulses."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Friction in the joints beyond the paper's viscous kind. It acts against the joint's relative motion.
 
 Dry friction is set-valued: while the joint slips its size is what its law says, and while a torque of that size at

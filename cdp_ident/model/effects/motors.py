@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Motors in the joints, whose torques are recorded: known inputs, not an effect that is looked for."""
 
 from cdp_ident.model.effects.effect import Effect, EffectParameter, Law

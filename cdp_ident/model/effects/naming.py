@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Effects by their names and physical values, as files and parameters give them."""
 
 from collections.abc import Mapping, Sequence

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A user's own effects: laws that the catalogue lacks, as a file describes them.
 
     eddy_current_brake:

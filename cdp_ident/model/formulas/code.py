@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Laws as Python code for the compiler, made of their formulas: readable, and without a derivative that is zero.
 
 A law's function takes the inputs (see `language.INPUTS`), its parameters, sums of all laws to add to, and rows of its
@@ -35,7 +37,9 @@ from cdp_ident.model.formulas.language import (
     VARIABLES,
 )
 
-_HEADER = '''"""Made of the laws' formulas when the package is built, by `formulas/generated.py`; not by hand."""
+_HEADER = '''# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Made of the laws' formulas when the package is built, by `formulas/generated.py`; not by hand."""
 
 from math import atan, cos, exp, log, sin, sqrt, tan, tanh, pi
 

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Formulas with their derivatives, as a list of definitions that compiled code computes one after the other.
 
 Each definition is short, and each derivative is that of a definition by those before it (forward differentiation:

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Where the code that is made of formulas is kept, and how it comes there.
 
 That of the catalogue is made when the package is built, as the module `laws` beside this one; where it is not there, or

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The words of formulas, and where compiled code finds what they stand for.
 
 A formula is arithmetic (`+ - * / ^` and parentheses) of numbers, names and the functions below. Names are the field's:

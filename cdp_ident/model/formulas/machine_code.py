@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Laws' code made into machine code, by LLVM directly.
 
 It is arithmetic, one line after the other, so that nothing has to be found out about it; the compiler of the loops,

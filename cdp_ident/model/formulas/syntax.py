@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """A formula's text, checked against the words of the language; nothing of it is ever evaluated."""
 
 import ast

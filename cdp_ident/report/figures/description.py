@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What a picture shows: data, labels with units, words and colours. How it is drawn is the renderers' affair."""
 
 from collections.abc import Iterable, Sequence

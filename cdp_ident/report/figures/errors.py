@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The errors of a report: before and after, ahead in time, along the search and along the selection of effects."""
 
 import math

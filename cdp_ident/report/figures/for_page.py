@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Draws figures for a page: as plotly.js takes them, but for arrays and colours, which the page puts in.
 
 An array stands as `{"array": name}` and is kept once however many figures show it; a colour stands as

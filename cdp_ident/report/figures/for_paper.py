@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Draws figures as files for a paper: PNG, and SVG, whose text stays text."""
 
 import io

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The colours of pictures and page by what they stand for; people with any colour vision can tell them apart.
 
 The hues are those of Okabe and Ito (Color Universal Design, 2008), lighter ones on a dark ground; models also differ by

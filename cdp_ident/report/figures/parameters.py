@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Parameters with their intervals: against nominal, with each other, and from trial to trial."""
 
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The torques that the models lack, over speed and angle of the joints, and the fitted effects drawn through them."""
 
 from collections.abc import Iterator

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The emulated cart and its drive, which the host commands: its limits hold whatever it is asked for."""
 
 import math

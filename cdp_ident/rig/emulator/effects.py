@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Effects of the catalogue in an emulated rig: what its file says of them, and what its encoders make of the motion."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The emulated rig as a whole: physics, microcontroller and cable, run at the pace of the clock on the wall."""
 
 import threading

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Where the pendulum and the cart are while the script goes on: led by the hand, or free by the equations of motion."""
 
 import math

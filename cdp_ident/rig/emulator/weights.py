@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Weights on the rods of an emulated rig: each rod and its weight are one body."""
 
 from collections.abc import Iterable, Mapping

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The folder that a recorder's bags go to."""
 
 from collections.abc import Iterator

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The messages from shortly before a release, which belong to the trial too."""
 
 from collections import deque

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Records trials: arms, keeps the time before the release, and writes one bag for each trial."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence

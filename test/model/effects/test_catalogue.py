@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The catalogue's effects: their names, and torques as described independently.
 
 Tests go over the catalogue by themselves: an effect that is added there is tried here.

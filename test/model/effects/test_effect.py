@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """What an effect is follows from its formulas."""
 
 from dataclasses import replace

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Laws that a user gives in a file are taken as they are meant, or refused with the place of what is wrong."""
 
 import os

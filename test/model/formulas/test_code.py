@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The code that is made of formulas: plain Python, the same for the same formulas, and with no more than is needed."""
 
 import ast

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Laws by their addresses: those of the catalogue, and a user's own that were never there before."""
 
 from dataclasses import replace

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Formulas become expressions with their derivatives: means, rates along the paper's motion, kinks without impulses."""
 
 import math

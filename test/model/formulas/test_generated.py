@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The code of laws is kept, found again, and made without sympy only where there is nothing to make."""
 
 import os

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The paper's equations of motion, as they are printed and as they are mended."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Machine code of laws computes what their Python code does, and is made anew where what was kept of it is damaged."""
 
 import ctypes

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Formulas are read as arithmetic of known names, and whatever else is refused at its place."""
 
 import math

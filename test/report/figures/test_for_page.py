@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Figures as plotly.js takes them; plotly itself says whether they are."""
 
 import base64

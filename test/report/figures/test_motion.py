@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Angles over time: what is shown, and where it was held out."""
 
 from dataclasses import replace

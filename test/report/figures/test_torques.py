@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Missing torques, and the fitted effects through them."""
 
 from dataclasses import fields, replace

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """The emulated cart and its drive: what it is asked for within its limits, and never more than they allow."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Hidden effects in the emulated rig's motion and in what its encoders show."""
 
 import math

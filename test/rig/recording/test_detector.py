@@ -1,3 +1,5 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
 """Release and rest, on motions of the model and of a shaky hand."""
 
 import math
