@@ -13,9 +13,12 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import softmax
 
+from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.effects.effect import Effect
-from cdp_ident.tracing.model_search import ModelSearch
+from cdp_ident.tracing.model_search import SEVERAL, ModelSearch
+from cdp_ident.tracing.neighbours import strength
+from cdp_ident.tracing.odds import unlikelihood
 from cdp_ident.tracing.selection import Certainty, Selection
 
 Array = npt.NDArray[np.float64]
@@ -80,7 +83,11 @@ def certainties(
     """
     found = list[Certainty]()
     for index, active in enumerate(search.best.model.effects):
-        if active.effect.curve or _imitates(search.best, without[index]):
+        if (
+            active.effect.curve
+            or _stands_for_a_curve(active.effect, search.best.model)
+            or _imitates(search.best, without[index])
+        ):
             found.append("acts_like")
         elif also_possible[index]:
             found.append("probable")
@@ -97,6 +104,30 @@ def _imitates(found: WholeSwings, without: WholeSwings | None) -> bool:
     scale = np.maximum(without.noise.torque_with_tails, found.noise.torque_with_tails)
     left, before = (np.sum((of.torque / scale) ** 2) for of in (found, without))
     return bool(left > _IMITATES * before)
+
+
+def _stands_for_a_curve(effect: Effect, model: MotionModel) -> bool:
+    """Return whether an effect is one of more than a few torques over its joint's angle: any curve is such a sum."""
+    return (
+        effect.of_angle and sum(a.effect.of_angle and a.effect.joint == effect.joint for a in model.effects) > SEVERAL
+    )
+
+
+def shown_by(selection: Selection, values: Array, covariance: Array) -> Selection:
+    """Return a selection in which no name is sure whose effect the final values do not show, by the odds against it.
+
+    Args:
+        selection: with effects.
+        values: (unknowns,) of all that was measured.
+        covariance: (unknowns, unknowns) of these.
+    """
+    found = selection.after
+    shown = [
+        strength(found.model, values, covariance, index) > unlikelihood(active, found.recorded)
+        for index, active in enumerate(found.model.effects)
+    ]
+    kept = zip(selection.certainty, shown, strict=True)
+    return replace(selection, certainty=tuple(one if is_shown else "acts_like" for one, is_shown in kept))
 
 
 def less_sure(selection: Selection) -> Selection:

@@ -41,7 +41,7 @@ Key = tuple[tuple[str, int | None, float], ...]
 _MOST_EFFECTS = 10
 _TRIED = 4
 """So many of the most promising additions are fitted at a step: of effects that imitate one another they are enough."""
-_SEVERAL = 3
+SEVERAL = 3
 """So many effects that have a name may explain what a torque without one does."""
 
 
@@ -172,7 +172,8 @@ class ModelSearch:
     def _without_torque(self) -> bool:
         """Try additions to the model without unknown torques, in whose place noise is autocorrelated.
 
-        Where it is so indeed, unknown torques follow the noise, and what is added has nothing left to explain.
+        Where it is so indeed, unknown torques follow the noise, and what is added has nothing left to explain. What
+        happens at an instant shows beside them, and imitates much without them.
         """
         if not np.any(self.best.is_missing):
             return False
@@ -181,7 +182,7 @@ class ModelSearch:
         except (IdentificationError, np.linalg.LinAlgError) as error:
             self.failures.append(f"without unknown torques: {error}")
             return False
-        promising, _ = additions(origin, self._named_only)
+        promising, _ = additions(origin, self._named_only, lasting=True)
         neighbours = [(replace(each, again=True), origin) for each in promising[:_TRIED]]
         return self._move(origin, neighbours, "added")
 
@@ -200,7 +201,7 @@ class ModelSearch:
     def _spell_out(self, before: WholeSwings) -> None:
         """Try named effects in the place of a nonparametric torque, and extended models of those that are."""
         named, tried, added = before, list[tuple[WholeSwings, tuple[str, ...]]](), tuple[str, ...]()
-        for _ in range(_SEVERAL):
+        for _ in range(SEVERAL):
             neighbours, _ = additions(named, named_only=True)
             better = self._better(named, neighbours[:_TRIED])
             if better is None or not _explains(named, better[0]):

@@ -47,9 +47,9 @@ class Neighbour:
     """Whether it is fitted even if it was before, from elsewhere."""
 
 
-def additions(found: WholeSwings, named_only: bool) -> tuple[list[Neighbour], list[Score]]:
-    """Return the models with one effect more, the most promising first, and the scores of all effects."""
-    scored = _scores(found, named_only)
+def additions(found: WholeSwings, named_only: bool, lasting: bool = False) -> tuple[list[Neighbour], list[Score]]:
+    """Return the models with one effect more, the most promising first, and all effects' scores; see `_scores`."""
+    scored = _scores(found, named_only, lasting)
     best_named = min((score.misfit for score in scored if score.active.effect.curve is None), default=0.0)
     neighbours = []
     nameless = False
@@ -255,21 +255,21 @@ def simplifications(found: WholeSwings, sure: float) -> Iterator[Neighbour]:
         sure: square of a strength in its standard deviations (Wald's statistic) from which on it is.
     """
     for index, active in enumerate(found.model.effects):
-        if _strength(found, index) < sure:
+        if strength(found.model, found.values, found.covariance, index) < sure:
             others, remain = found.model.without_effect(index)
             # What happens at an instant may have been fitted at another one before.
             again = any(other.effect.at_an_instant for other in others.effects)
             yield Neighbour(others, found.values[remain], (active.effect.key,), again)
 
 
-def _strength(found: WholeSwings, index: int) -> float:
+def strength(model: MotionModel, values: Array, covariance: Array, index: int) -> float:
     """Return Wald's statistic of an effect's strengths, its shape parameters held where they are known."""
-    place, fitted = found.model.places(index), found.model.effects[index].fitted
-    of_effect = found.covariance[place, place]
+    place, fitted = model.places(index), model.effects[index].fitted
+    of_effect = covariance[place, place]
     known = np.isfinite(np.diag(of_effect))
     strong = np.array([not parameter.shape for parameter in fitted]) & known
     if not np.any(strong):
         return 0.0
     information = np.linalg.pinv(of_effect[np.ix_(known, known)], hermitian=True)
-    values = np.where(strong, found.values[place], 0.0)[known]
-    return float(values @ information @ values)
+    strengths = np.where(strong, values[place], 0.0)[known]
+    return float(strengths @ information @ strengths)

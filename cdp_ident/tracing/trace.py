@@ -17,7 +17,7 @@ from cdp_ident.fit.initial_states import fit_initial_states
 from cdp_ident.fit.physical import PhysicalValues
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.parameters import groups_of, inertia_about_cart
-from cdp_ident.tracing.certainty import less_sure
+from cdp_ident.tracing.certainty import less_sure, shown_by
 from cdp_ident.tracing.expected import ExpectedEffect
 from cdp_ident.tracing.final_model import FinalModel, is_worse
 from cdp_ident.tracing.final_values import final_values
@@ -163,6 +163,7 @@ def judged(
         failures = [*failures, *final.failures]
         if final.whole is None or (np.any(final.whole.leaves_more) and not np.any(chosen.leaves_more)):
             selection = less_sure(selection)
+        selection = shown_by(selection, final.values, final.covariance)
         try:
             completed = _completed(found, final.whole or chosen, after, final.values, final.covariance)
         except (IdentificationError, np.linalg.LinAlgError) as error:

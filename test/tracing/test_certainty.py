@@ -9,7 +9,8 @@ import pytest
 
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.model.effects.curves import CURVES
-from cdp_ident.tracing.certainty import certainties, not_distinguished, probabilities
+from cdp_ident.tracing.certainty import certainties, not_distinguished, probabilities, shown_by
+from cdp_ident.tracing.selection import Selection
 from scenarios.swings import MODEL, known
 
 DRY, STRIBECK, DRAG = "coulomb_friction.outer", "stribeck_friction.outer", "air_drag.outer.strips"
@@ -114,3 +115,24 @@ def test_a_model_that_cannot_be_fitted_without_an_effect_is_no_evidence_against_
 @pytest.mark.parametrize("left", [0.0, 1.0])
 def test_a_torque_without_a_name_has_none(left):
     assert certainty(key=CURVES[0], left=left) == ("acts_like",)
+
+
+@pytest.mark.parametrize(("harmonics", "expected"), [(3, "named"), (4, "acts_like")])
+def test_more_than_a_few_torques_over_one_angle_are_a_torque_without_a_name(harmonics, expected):
+    found = search(model(0.0, *[f"cogging_torque.outer.{k + 2} per turn" for k in range(harmonics)]))
+    assert certainties(found, [None] * harmonics, [1.0] * harmonics, [()] * harmonics) == (expected,) * harmonics
+
+
+@pytest.mark.parametrize(("deviations", "expected"), [(3.0, "acts_like"), (3.3, "named")])
+def test_a_name_is_not_sure_whose_effect_all_that_was_measured_shows_less_than_the_odds_against_it_ask(
+    deviations, expected
+):
+    after = model(0.0, DRY)
+    after.recorded = SimpleNamespace(nodes=100)
+    selection = Selection(
+        before=model(1.0), after=after, steps=(), without=(None,), probability=(1.0,), also_possible=((),),
+        certainty=("named",), scores=(), failures=(), interrupted=False, seconds=1.0,
+    )  # fmt: skip
+    values = np.zeros(len(after.model.names))
+    values[-1] = deviations
+    assert shown_by(selection, values, np.eye(len(values))).certainty == (expected,)
