@@ -96,6 +96,7 @@ def test_a_lost_line_stops_cart_and_controller(
     assert abs(wait_until_the_cart_rests(listener)) < 0.5
 
 
+@pytest.mark.campaign
 @pytest.mark.skipif(importlib.util.find_spec("casadi") is None, reason="CasADi is not installed")
 def test_it_swings_hanging_rods_up_as_planned_and_stands(
     start_driver: Start, start_emulator: Start, start_balance: Start, tmp_path: Path
