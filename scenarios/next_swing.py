@@ -13,8 +13,9 @@ from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.scales import scales_of
+from cdp_ident.likelihood.maxima import most_likely
 from cdp_ident.likelihood.swing import Swing
-from cdp_ident.likelihood.whole_swing import Recorded, WholeSwings, most_likely
+from cdp_ident.likelihood.whole_swing import Recorded, WholeSwings
 from cdp_ident.model.parameters import GROUPS, SYMBOLS, groups_of
 from cdp_ident.model.weights import Weight
 from cdp_ident.trial.trial import Trial

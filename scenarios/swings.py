@@ -12,9 +12,10 @@ from scipy.signal import lfilter
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.likelihood.maxima import NEAR, likely_near
 from cdp_ident.likelihood.noise import Noise
 from cdp_ident.likelihood.swing import Swing
-from cdp_ident.likelihood.whole_swing import NEAR, Recorded, WholeSwings, likely_near
+from cdp_ident.likelihood.whole_swing import Recorded, WholeSwings
 from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.effects.effect import Effect
 from cdp_ident.model.parameters import SYMBOLS, groups_of

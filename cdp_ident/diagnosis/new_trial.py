@@ -12,9 +12,9 @@ from cdp_ident.fit.data import Data
 from cdp_ident.fit.initial_states import fit_initial_states
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.windows import cut_into_windows
+from cdp_ident.likelihood.maxima import NEAR, likely_near
 from cdp_ident.likelihood.noise import Noise
 from cdp_ident.likelihood.recorded import one_recorded, states_of
-from cdp_ident.likelihood.whole_swing import NEAR, likely_near
 from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]

@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import chdtrc
 
-from cdp_ident.likelihood.whole_swing import WholeSwings, likely_near
+from cdp_ident.likelihood.maxima import likely_near
+from cdp_ident.likelihood.whole_swing import WholeSwings
 
 Array = npt.NDArray[np.float64]
 

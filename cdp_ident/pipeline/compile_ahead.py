@@ -17,8 +17,9 @@ import numpy as np
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.likelihood.maxima import most_likely
 from cdp_ident.likelihood.swing import Swing
-from cdp_ident.likelihood.whole_swing import Recorded, most_likely
+from cdp_ident.likelihood.whole_swing import Recorded
 from cdp_ident.machine.compilation import is_to_be_kept
 from cdp_ident.machine.parallel import core_count
 from cdp_ident.model.effects.catalogue import CATALOGUE

@@ -22,9 +22,10 @@ from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.roles import assign_roles
 from cdp_ident.fit.scales import scales_of
 from cdp_ident.fit.thinning import thinned
+from cdp_ident.likelihood.maxima import CLOSE_ENOUGH, ENOUGH_STEPS, NEAR, likelier_maximum, likely_near
 from cdp_ident.likelihood.noise import Noise
 from cdp_ident.likelihood.recorded import fitted_recorded, states_of
-from cdp_ident.likelihood.whole_swing import CLOSE_ENOUGH, MOST_STEPS, NEAR, WholeSwings, likelier_maximum, likely_near
+from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.parameters import groups_of, inertia_about_cart, time_unit
 from cdp_ident.search.genetic_search import Progress, SearchResult, genetic_search
 from cdp_ident.trial.trial import Trial
@@ -116,7 +117,7 @@ def _paper_s_model(
     recorded = fitted_recorded(data, NEAR, enough)
     noise = Noise.white(recorded.encoders, recorded.large_torque)
     failures = list[str]()
-    for most_steps in (MOST_STEPS, 0):
+    for most_steps in (ENOUGH_STEPS, 0):
         found = list[WholeSwings]()
         for values in begins:
             try:

@@ -11,7 +11,8 @@ from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.data import Data
 from cdp_ident.fit.initial_states import Fit, fit_initial_states
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.likelihood.whole_swing import WholeSwings, values_with_less_torque
+from cdp_ident.likelihood.maxima import values_with_less_torque
+from cdp_ident.likelihood.whole_swing import WholeSwings
 
 Array = npt.NDArray[np.float64]
 

@@ -10,18 +10,17 @@ import numpy.typing as npt
 
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.data import Data
-from cdp_ident.likelihood.noise import Noise
-from cdp_ident.likelihood.recorded import all_recorded, states_of
-from cdp_ident.likelihood.whole_swing import (
+from cdp_ident.likelihood.maxima import (
     CLOSE_ENOUGH,
-    MOST_STEPS,
+    ENOUGH_STEPS,
     NEAR,
-    Recorded,
-    WholeSwings,
     likely_near,
     most_likely,
     values_with_less_torque,
 )
+from cdp_ident.likelihood.noise import Noise
+from cdp_ident.likelihood.recorded import all_recorded, states_of
+from cdp_ident.likelihood.whole_swing import Recorded, WholeSwings
 from cdp_ident.tracing.final_model import FinalModel
 
 Array = npt.NDArray[np.float64]
@@ -80,7 +79,7 @@ def _whole_swings(after: FinalModel, chosen: WholeSwings, data: Data) -> WholeSw
         found = likely_near(after.model, after.fit.values, recorded, states, noise)
         if not found.converged:  # where joints stick now here and now there, steps may stay larger than they need be
             found = likely_near(
-                found.model, found.values, recorded, found.states, found.noise, CLOSE_ENOUGH, MOST_STEPS
+                found.model, found.values, recorded, found.states, found.noise, CLOSE_ENOUGH, ENOUGH_STEPS
             )
         if found.converged:
             return found

@@ -18,15 +18,9 @@ import numpy.typing as npt
 
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.likelihood.maxima import CLOSE_ENOUGH, ENOUGH_STEPS, likelier_maximum, likely_near, likely_without_torque
 from cdp_ident.likelihood.scores import Score
-from cdp_ident.likelihood.whole_swing import (
-    CLOSE_ENOUGH,
-    MOST_STEPS,
-    WholeSwings,
-    likelier_maximum,
-    likely_near,
-    likely_without_torque,
-)
+from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.machine.parallel import parallel_map
 from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.model.layout import RODS_STATES
@@ -178,7 +172,7 @@ class ModelSearch:
         if not np.any(self.best.is_missing):
             return False
         try:
-            origin = likely_without_torque(self.best, CLOSE_ENOUGH, MOST_STEPS, np.inf)
+            origin = likely_without_torque(self.best, CLOSE_ENOUGH, ENOUGH_STEPS, np.inf)
         except (IdentificationError, np.linalg.LinAlgError) as error:
             self.failures.append(f"without unknown torques: {error}")
             return False
@@ -281,7 +275,7 @@ class ModelSearch:
                 _states(origin, model),
                 noise,
                 CLOSE_ENOUGH,
-                MOST_STEPS,
+                ENOUGH_STEPS,
                 to_beat,
             )
             found = self._with_instants(found)
@@ -304,7 +298,7 @@ class ModelSearch:
             if values is None:
                 break
             found = likely_near(
-                found.model, values, self._recorded, found.states, found.noise, CLOSE_ENOUGH, MOST_STEPS
+                found.model, values, self._recorded, found.states, found.noise, CLOSE_ENOUGH, ENOUGH_STEPS
             )
         return found
 

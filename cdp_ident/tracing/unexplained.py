@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.diagnosis.inertia import GUESSED, Inertia
-from cdp_ident.likelihood.whole_swing import LARGER, NEAR, WholeSwings
+from cdp_ident.likelihood.maxima import NEAR
+from cdp_ident.likelihood.whole_swing import LARGER, WholeSwings
 from cdp_ident.model.effects.effect import JOINTS, Joint
 from cdp_ident.tracing.final_model import FinalModel
 from cdp_ident.tracing.missing_torque import MissingTorque

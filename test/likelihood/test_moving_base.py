@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from cdp_ident.likelihood.maxima import likelier_maximum, likely_near
 from cdp_ident.likelihood.noise import Noise
-from cdp_ident.likelihood.whole_swing import likelier_maximum, likely_near
 from cdp_ident.tracing.missing_torque import MissingTorque
 from reference.pendulum import TABLE_5, accelerations
 from scenarios.swings import TIME, fitted, measured, recorded

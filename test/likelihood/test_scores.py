@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from cdp_ident.fit.active_effect import ActiveEffect
+from cdp_ident.likelihood.maxima import likely_near
 from cdp_ident.likelihood.scores import scores, shocks
-from cdp_ident.likelihood.whole_swing import likely_near
 from reference import pendulum
 from reference.pendulum import TABLE_5
 from scenarios.swings import TIME, UNIT, fitted, known, measured, motion, recorded, with_effect

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.active_effect import ActiveEffect
-from cdp_ident.likelihood.whole_swing import most_likely
+from cdp_ident.likelihood.maxima import most_likely
 from cdp_ident.model.weights import Weight
 from cdp_ident.trial.trial import Trial
 from scenarios.swings import BEGIN, MODEL, NOISE, STEP, TIME, TRUE, known, measured, motion, recorded, states_of

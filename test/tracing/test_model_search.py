@@ -7,7 +7,7 @@ import pytest
 
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.active_effect import ActiveEffect
-from cdp_ident.likelihood.whole_swing import likelier_maximum
+from cdp_ident.likelihood.maxima import likelier_maximum
 from cdp_ident.tracing import model_search
 from cdp_ident.tracing.model_search import InterruptedSearchError, ModelSearch
 from cdp_ident.tracing.neighbours import Neighbour

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from cdp_ident.diagnosis.inertia import Inertia
+from cdp_ident.likelihood.maxima import likely_near
 from cdp_ident.likelihood.noise import Noise
-from cdp_ident.likelihood.whole_swing import likely_near
 from cdp_ident.tracing.unexplained import unexplained
 from scenarios.swings import MODEL, NOISE, TRUE, fitted, measured, motion, recorded, states_of
 
