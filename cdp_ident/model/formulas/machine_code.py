@@ -71,11 +71,15 @@ def _features() -> str:
 def _object_code(module: ir.Module) -> bytes:
     made = llvm.parse_assembly(str(module))
     made.verify()
-    options = llvm.create_pass_manager_builder()
-    options.opt_level = 2
-    passes = llvm.create_module_pass_manager()
-    options.populate(passes)
-    passes.run(made)
+    if hasattr(llvm, "create_pass_builder"):
+        builder = llvm.create_pass_builder(_target(), llvm.create_pipeline_tuning_options(speed_level=2))
+        builder.getModulePassManager().run(made, builder)
+    else:  # llvmlite of Ubuntu 24.04
+        options = llvm.create_pass_manager_builder()
+        options.opt_level = 2
+        passes = llvm.create_module_pass_manager()
+        options.populate(passes)
+        passes.run(made)
     return bytes(_target().emit_object(made))
 
 
