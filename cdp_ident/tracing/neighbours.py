@@ -93,6 +93,8 @@ def _scores(found: WholeSwings, named_only: bool, lasting: bool = False) -> list
             for effect in allowed:
                 if effect.has_score and effect.brings_states and not effect.curve:
                     scored += scores(found, [ActiveEffect(effect)], factor)
+    if np.any(found.leaves_more) and not lasting:
+        scored += _differences(found)
     if not named_only:
         room = ROOM - found.model.states - len(found.values)
         for effect in allowed:
@@ -119,6 +121,19 @@ def _extended(present: Sequence[Effect]) -> list[Effect]:
     return [
         e for e in known_effects() for one in present if e.contains == one.name and e.joint == one.joint and e != one
     ]
+
+
+def _differences(found: WholeSwings) -> list[Score]:
+    """Return the scores of what one trial would have more than the others, of a model's effects."""
+    trials = found.recorded.trials
+    candidates = [
+        ActiveEffect(active.effect, trial=trial)
+        for active in found.model.effects
+        if len(trials) > 1 and active.trial is None and active.effect.has_score and not active.effect.states
+        for trial in trials
+    ]
+    there = {(active.effect, active.trial) for active in found.model.effects}
+    return scores(found, [of for of in candidates if (of.effect, of.trial) not in there]) if candidates else []
 
 
 def _at_instants(found: WholeSwings) -> Iterator[Score]:
@@ -168,17 +183,18 @@ def _by_name(found: WholeSwings, index: int) -> dict[str, float]:
 
 
 def extended_models(found: WholeSwings) -> Iterator[list[list[Neighbour]]]:
-    """Yield models that extend an effect in whose joint a torque is missing, or the encoder's noise is autocorrelated.
+    """Yield models that extend an effect where a torque is missing, or an encoder's noise is autocorrelated.
 
     Its score says too little, if any: unknown torques, or such noise, follow what it has more.
 
     For each effect there are its forms, and for each of these models that begin at different values.
     """
-    more = found.leaves_more | (found.noise.kept > 0.0)
+    if not np.any(found.leaves_more | (found.noise.kept > 0.0)):
+        return
     for index, active in enumerate(found.model.effects):
-        joints = [JOINTS.index(active.effect.joint)] if active.effect.joint in JOINTS else [0, 1]
-        forms = _extended([active.effect])
-        if not forms or not np.any(more[joints]):
+        # What acts in one trial has no states: all trials have those of the model.
+        forms = [form for form in _extended([active.effect]) if active.trial is None or not form.states]
+        if not forms:
             continue
         yield [
             [
@@ -211,7 +227,8 @@ def _beginnings(
     """
     fitted, unit = ActiveEffect(effect).fitted, found.recorded.time_unit
     usual = {parameter.name: typical(parameter, unit) for parameter in fitted}
-    given = dict(zip(COEFFICIENTS, found.model.coefficients(found.values).tolist(), strict=True)) | usual | known
+    coefficients = found.model.coefficients(found.values).tolist()
+    given = {**dict(zip(COEFFICIENTS, coefficients, strict=True)), **usual, **known}
     given["m2_l2"] = given["A23"] / given["L"]
     formulas = max(len(parameter.begins) for parameter in fitted)
     for k in range(formulas or shapes):
