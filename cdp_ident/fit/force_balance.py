@@ -28,6 +28,7 @@ from cdp_ident.trial.weak_form import COLUMNS, WINDOW, Motion, integrated
 _COLUMNS_OF: Mapping[Law, Mapping[str, str]] = {
     Law(friction="torque"): {"torque": "k"},
     Law(torque="torque - stiffness*angle"): {"stiffness": "s", "torque": "t"},
+    Law(torque="torque"): {"torque": "t"},
     Law(torques=("-coupling*alpha2", "-coupling*alpha1")): {"coupling": "D"},
 }
 """The laws that are looked for, and for each parameter the lumped number that it is."""

@@ -132,9 +132,12 @@ class Noise:
         """
         sizes = self.torque * np.sqrt(swing.spacing) * (np.ones((len(linear.gaps), 2)) if tails is None else tails)
         if self.is_white:
-            by_time = self.time * linear.rates
-            roots = self._roots(swing, linear.residuals, by_time)
-            shown = np.concatenate([linear.slopes, linear.residuals[..., None]], axis=-1) * roots[..., None]
+            by_time, residuals = self.time * linear.rates, linear.residuals
+            if self.time > 0.0:
+                # On average, errors of time show where a joint goes to, by its acceleration.
+                residuals = residuals + 0.5 * self.time**2 * np.gradient(linear.rates, swing.time, axis=0)
+            roots = self._roots(swing, residuals, by_time)
+            shown = np.concatenate([linear.slopes, residuals[..., None]], axis=-1) * roots[..., None]
             if self.time > 0.0:
                 shown = _independent(shown, by_time * roots)
             return Whitened(

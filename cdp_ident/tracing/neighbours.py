@@ -270,7 +270,10 @@ def replacements(
 
 
 def simplifications(found: WholeSwings, sure: float) -> Iterator[Neighbour]:
-    """Yield models with one effect less, of those effects whose strength is not sure.
+    """Yield models with one effect less, or with less of one, as far as the strength of that is not sure.
+
+    Of an effect there is less where one of the same kind has some of its parameters alone: a spring without stiffness
+    is a constant torque.
 
     Args:
         found: a model.
@@ -282,6 +285,23 @@ def simplifications(found: WholeSwings, sure: float) -> Iterator[Neighbour]:
             # What happens at an instant may have been fitted at another one before.
             again = any(other.effect.at_an_instant for other in others.effects)
             yield Neighbour(others, found.values[remain], (active.effect.key,), again)
+        yield from _less_of(found, index, sure)
+
+
+def _less_of(found: WholeSwings, index: int, sure: float) -> Iterator[Neighbour]:
+    """Yield models in which an effect has lost some of its parameters, none of which is sure."""
+    active, own = found.model.effects[index], _by_name(found, index)
+    variances = dict(zip(own, np.diag(found.covariance)[found.model.places(index)], strict=True))
+    unsure = {name for name, value in own.items() if value**2 <= sure * variances[name]}
+    for effect in known_effects():
+        names = {parameter.name for parameter in ActiveEffect(effect).fitted}
+        is_alike = (
+            effect.joint == active.effect.joint and effect.law.formulas.keys() == active.effect.law.formulas.keys()
+        )
+        if is_alike and names < own.keys() and own.keys() - names <= unsure:
+            less = replace(active, effect=effect)
+            what = (f"{active.effect.key} but for {effect.key}",)
+            yield replace(_instead(found, index, less, [own[p.name] for p in less.fitted]), what=what)
 
 
 def strength(model: MotionModel, values: Array, covariance: Array, index: int) -> float:

@@ -57,6 +57,9 @@ def _load_friction(joint: str, mass: float, moment: str) -> Effect:
     )
 
 
+_WARMS_UP_IN = (3, 10)
+"""Time constants that fits begin with [s]."""
+
 FRICTION = (
     *in_joints(
         "coulomb_friction",
@@ -84,6 +87,35 @@ FRICTION = (
         [_torque("torque"), EffectParameter("drift", "N m/s", -50.0, 50.0, 0.005, inertia_power=1)],
         f"a bearing that warms up, to first order; {_SET_VALUED}",
         contains="coulomb_friction",
+    ),
+    *in_joints(
+        "drifting_friction",
+        "dry friction that changes along a trial, ever more slowly",
+        Law(friction="now*step(now)", where=(("now", "last_torque + change*exp(-t/time_constant)"),)),
+        [
+            EffectParameter(
+                "last_torque",
+                "N m",
+                0.0,
+                500.0,
+                0.05,
+                inertia_power=1,
+                begins=tuple(f"torque + drift*{tau}" for tau in _WARMS_UP_IN),
+            ),
+            EffectParameter(
+                "change",
+                "N m",
+                -500.0,
+                500.0,
+                0.05,
+                inertia_power=1,
+                begins=tuple(f"-drift*{tau}" for tau in _WARMS_UP_IN),
+            ),
+            EffectParameter("time_constant", "s", 0.3, 1000.0, 5.0, shape=True, begins=tuple(map(str, _WARMS_UP_IN))),
+        ],
+        f"a bearing that warms up; {_SET_VALUED}",
+        variant="relaxing",
+        contains="drifting_friction",
     ),
     *in_joints(
         "presliding_friction",
