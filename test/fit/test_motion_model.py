@@ -86,6 +86,8 @@ def test_readings_of_an_encoder_s_effect_have_the_derivatives_of_differences(key
     # An encoder with play follows from one instant on to the next.
     # What an oscillating encoder's state does is so little that differences of angles round it off.
     rounding = 1e-9 if key.endswith("oscillating") else 1e-12
+    # A fast filter needs a step in parts, or just not, which is 5e-9 rad; over differences of 4 us that is this.
+    rounding = 2e-3 if key.endswith("first order") else rounding
     kinks = key.startswith("backlash")
     assert_derivatives_are_differences(model, values, window, without=steps, kinks=kinks, rounding=rounding)
     start = model.initial_state(window.start)

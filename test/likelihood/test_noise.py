@@ -200,5 +200,7 @@ def test_the_likelihood_of_readings_at_wrong_times_is_that_of_their_covariance()
     noise = replace(Noise.white(np.array([1e-3, 2e-3]), 1.0), time=2e-3)
     covariances = [np.diag(noise.new**2) + noise.time**2 * np.outer(rate, rate) for rate in off.rates]
     assert noise.logarithm(of, off) == pytest.approx(sum(np.linalg.slogdet(one)[1] for one in covariances))
-    squares = sum(left @ np.linalg.solve(c, left) for left, c in zip(off.residuals, covariances, strict=True))
+    # On average a reading at a wrong time is off by the acceleration.
+    means = 0.5 * noise.time**2 * np.gradient(off.rates, of.time, axis=0)
+    squares = sum(e @ np.linalg.solve(c, e) for e, c in zip(off.residuals + means, covariances, strict=True))
     assert np.sum(noise.whitened(of, off).right ** 2) == pytest.approx(squares)

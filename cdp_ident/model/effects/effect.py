@@ -152,7 +152,8 @@ class Effect:
     acts_as_zero: bool = False
     """Whether it cannot be distinguished from an encoder's zero that is off by the same in all trials."""
     contains: str = ""
-    """Name of a simpler effect of the same joint that this one is where some of its parameters are zero, if any."""
+    """Name of a simpler effect that this one is where some of its parameters are zero, if any; of another joint, with
+    a dot and that joint."""
     curve: Curve | None = field(default=None)
     """What its parameters are the coefficients of, where it is a nonparametric torque; they are fitted smoothly."""
 
@@ -184,6 +185,12 @@ class Effect:
     def of_joint(self) -> bool:
         """Whether it depends on nothing but its joint's angle and speed."""
         return self._used <= {"angle", "speed"}
+
+    @property
+    def contained(self) -> tuple[str, str]:
+        """Name and joint of the effect that it contains."""
+        name, _, joint = self.contains.partition(".")
+        return name, joint or self.joint
 
     @property
     def of_both_encoders(self) -> bool:

@@ -89,26 +89,19 @@ ENCODERS = (
         (EffectParameter("delay", "s", -0.03, 0.03, 0.002),),
         "two converters read one after the other, or a filter in one of them",
     ),
-    Effect(
-        "time_offset",
-        "outer",
-        "an encoder behind a filter",
-        Law(reading="-delay*behind", states=(State("behind", "(speed - behind)/delay"),)),
-        (EffectParameter("delay", "s", 1e-4, 0.1, 0.002),),
-        "low-pass filter of first order",
-        variant="filtered",
-        contains="time_offset",
-    ),
-    Effect(
-        "time_offset",
-        "outer",
-        "a filter behind the inner encoder",
-        # The inner encoder is late then, which is an outer one that is early.
-        Law(readings=("-time_constant*behind", "0"), states=(State("behind", "(omega1 - behind)/time_constant"),)),
-        (EffectParameter("time_constant", "s", 1e-4, 0.1, 0.002, begins=("-delay",)),),
-        "low-pass filter of first order",
-        variant="inner filtered",
-        contains="time_offset",
+    *(
+        Effect(
+            "encoder_filter",
+            joint,
+            "an encoder behind a filter of first order",
+            Law(reading="-time_constant*behind", states=(State("behind", "(speed - behind)/time_constant"),)),
+            (EffectParameter("time_constant", "s", 1e-4, 0.1, 0.002, begins=(delay,)),),
+            "low-pass filter of first order",
+            variant="first order",
+            contains="time_offset.outer",
+        )
+        # An inner encoder that is late is an outer one that is early.
+        for joint, delay in zip(JOINTS, ("-delay", "delay"), strict=True)
     ),
     *in_joints(
         "encoder_filter",

@@ -54,7 +54,9 @@ def test_torques_of_a_joint_s_angle_alone_and_of_its_angle_and_speed():
 def test_states_belong_to_what_remembers_swings_or_has_play():
     assert names(lambda effect: effect.remembers) == {"presliding_friction"}
     assert keys(lambda effect: effect.swings) == {"pivot_compliance.base.oscillating"}
-    assert names(lambda effect: effect.states and not effect.moves) == {"backlash", "time_offset", "encoder_compliance"}
+    assert names(lambda effect: effect.states and not effect.moves) == {
+        "backlash", "encoder_filter", "encoder_compliance"
+    }  # fmt: skip
     assert names(lambda effect: effect.brings_states) == {"presliding_friction", "pivot_compliance"}
     assert names(lambda effect: effect.states and effect.known_at_zero) == {"backlash"}
 

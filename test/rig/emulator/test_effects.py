@@ -131,7 +131,7 @@ def test_encoders_of_a_rod_that_bends_are_askew_by_what_an_independent_descripti
 @pytest.mark.parametrize(
     ("name", "values", "numerator", "denominator"),
     [
-        ("time_offset", {"variant": "filtered", "delay": 0.006}, [1.0], [0.006, 1.0]),
+        ("encoder_filter", {"variant": "first order", "time_constant": 0.006}, [1.0], [0.006, 1.0]),
         ("encoder_compliance", {"variant": "oscillating", "compliance": 1e-4, "damping_ratio": 0.2},
          [4e-3, 1.0], [1e-4, 4e-3, 1.0]),
     ],
