@@ -72,7 +72,6 @@ setup(
         "pyyaml",
         "rich",
         "matplotlib",
-        "plotly",
         "jinja2",
         "rosbags",
         "mcap",

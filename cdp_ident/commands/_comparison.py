@@ -26,6 +26,7 @@ def show_comparison(
     print_chapter(console, chapter)
     if out:
         document = Document("Cart double pendulum, compared", heading, "", (chapter,))
-        problem, place = draw_comparison(out, document, force), shown(out)
-        console.print(problem or f"{place}/{COMPARISON_PAGE} is written", soft_wrap=True)
+        draw_comparison(out, document, force)
+        place = shown(out)
+        console.print(f"{place}/{COMPARISON_PAGE} is written", soft_wrap=True)
         console.print(f"{place}/{COMPARISON_TEXT} and {FIGURES}/ are written", soft_wrap=True)

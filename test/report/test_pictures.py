@@ -25,8 +25,8 @@ def test_every_picture_is_there_as_png_and_svg(report_folder):
     assert names == {f"{name}.{kind}" for name in PICTURES for kind in ("png", "svg")}
 
 
-def test_the_page_is_one_file_of_less_than_8_mb(report_folder):
-    assert (report_folder / PAGE).stat().st_size < 8_000_000
+def test_the_page_is_one_file_of_less_than_2_mb(report_folder):
+    assert (report_folder / PAGE).stat().st_size < 2_000_000
 
 
 def test_the_text_has_the_verdict_the_numbers_and_links_to_figures_that_are_there(report_folder, read_content):
