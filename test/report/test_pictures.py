@@ -5,9 +5,6 @@
 import re
 import shutil
 
-import pytest
-
-from cdp_ident.errors import ReportError
 from cdp_ident.report.folder import CURVES, FIGURES, PAGE, REPORT, TEXT
 from cdp_ident.report.pictures import draw
 
@@ -36,13 +33,6 @@ def test_the_text_has_the_verdict_the_numbers_and_links_to_figures_that_are_ther
     assert len(links) == len(PICTURES)
     assert all((report_folder / link).exists() for link in links)
     assert "dry friction (outer joint) | torque | 0.0336" in text
-
-
-def test_without_curves_nothing_is_drawn(report_folder, tmp_path):
-    shutil.copy(report_folder / REPORT, tmp_path)
-    with pytest.raises(ReportError, match=r"there is no .*curves\.npz"):
-        draw(tmp_path)
-    assert [path.name for path in tmp_path.iterdir()] == [REPORT]
 
 
 def test_without_being_asked_for_no_figures_are_drawn_and_the_text_links_to_none(report_folder, read_content, tmp_path):
