@@ -219,13 +219,12 @@ def fitted_model(given: Mapping[str, Any], where: str) -> FittedModel:
     for name, joint, parameters in _effects(given, where):
         trial = parameters.pop(TRIAL, None)
         effect, of_effect = effect_of(name, joint, parameters, inertia, where)
-        if effect.at_an_instant and not (isinstance(trial, str) and trial):
-            raise OptionError(
-                f"{where}: {name}: {joint}: {TRIAL}, the name of the trial that it happened in, is missing"
-            )
-        if effect.at_an_instant and trial not in trials:
+        once = effect.at_an_instant or (trial is not None and not effect.states)
+        if once and not (isinstance(trial, str) and trial):
+            raise OptionError(f"{where}: {name}: {joint}: {TRIAL}, the name of the trial that it acts in, is missing")
+        if once and trial not in trials:
             trials.append(trial)
-        active = ActiveEffect(effect, trials.index(trial) if effect.at_an_instant else None)
+        active = ActiveEffect(effect, trials.index(trial) if once else None)
         fitted = [value for p, value in zip(effect.parameters, of_effect, strict=True) if not p.fixed]
         motion, values = motion.with_effect(active), np.concatenate([values, fitted])
     model = FittedModel(physical, motion, values, tuple(trials))

@@ -49,6 +49,7 @@ def find_warnings(identification: Identification) -> list[FitWarning]:
         *_length(identification),
         *_weights(identification),
         *_zeros(identification),
+        *_differences(identification),
         *_above_noise(identification),
         *_disagreement(identification),
         *_windows(identification),
@@ -135,6 +136,20 @@ def _zeros(found: Identification) -> Iterator[FitWarning]:
         f"the zeros of the {encoders} differ from trial to trial (degrees: {words}); each trial's "
         "are fitted along with it. Let the rods hang still when the zero is taken, or take it once for all trials",
     )
+
+
+def _differences(found: Identification) -> Iterator[FitWarning]:
+    model = found.fit.model
+    for active in model.effects:
+        if active.trial is not None and active.is_difference:
+            name = found.data.names[active.trial]
+            yield FitWarning(
+                "differs_by_trial",
+                (name,),
+                f"{active.effect.description} ({active.effect.joint}) differs from trial to trial: that of {name} is "
+                "another one, and how large it is in the next trial, nobody knows. Did a joint warm up, or was "
+                "something changed in between?",
+            )
 
 
 def _above_noise(found: Identification) -> Iterator[FitWarning]:

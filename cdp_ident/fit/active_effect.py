@@ -19,10 +19,15 @@ class ActiveEffect:
 
     effect: Effect
     trial: int | None = None
-    """For an effect that happens once: in which trial."""
+    """The only trial in which it acts, of an effect that happens once, or by which a trial differs from the others."""
     bend: float = 1.0
     """For a curve that is fitted: standard deviation of the second differences of its coefficients beforehand, over
     that of a coefficient."""
+
+    @property
+    def is_difference(self) -> bool:
+        """Whether it is what one trial has more than the others."""
+        return self.trial is not None and not self.effect.at_an_instant
 
     @cached_property
     def fitted(self) -> tuple[EffectParameter, ...]:

@@ -25,8 +25,6 @@ _MISSING = 4.0
 """Torques are missing where the least impulses' squares are so many times what is expected of them."""
 _FALLS, _HELD_STEPS = 0.03, 4
 """Torques vanish by this factor after so many steps each."""
-_FEW_STEPS = 10
-"""So many are enough to begin at another maximum."""
 _LESS, _STEPS_WITH_LESS = 0.03, 12
 """Share of unknown torques with which values follow the motion for longer, and so many steps."""
 
@@ -139,18 +137,18 @@ def likelier_maximum(found: WholeSwings) -> WholeSwings:
     recorded = found.recorded
     try:
         if np.any(found.is_missing):
-            other = likely_without_torque(found, CLOSE_ENOUGH, _FEW_STEPS, found.misfit)
+            other = likely_without_torque(found, CLOSE_ENOUGH, ENOUGH_STEPS, found.misfit)
         elif np.any(found.leaves_more):
             noise = Noise.white(recorded.encoders, recorded.least_torque)
             other = likely_near(
-                found.model, found.values, recorded, found.states, noise, CLOSE_ENOUGH, _FEW_STEPS, found.misfit
+                found.model, found.values, recorded, found.states, noise, CLOSE_ENOUGH, ENOUGH_STEPS, found.misfit
             )
         else:
             return found
         if np.any(found.is_missing) and not found.noise.of_base:
             noise = replace(found.noise, of_base=True)
             moved = likely_near(
-                found.model, found.values, recorded, found.states, noise, CLOSE_ENOUGH, _FEW_STEPS, found.misfit
+                found.model, found.values, recorded, found.states, noise, CLOSE_ENOUGH, ENOUGH_STEPS, found.misfit
             )
             if moved.misfit < min(found.misfit, other.misfit) - SHOWN and not moved.is_missing[1]:
                 return moved

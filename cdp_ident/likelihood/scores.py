@@ -77,14 +77,14 @@ def scores(found: WholeSwings, candidates: Sequence[ActiveEffect], shape: float 
         shape: value of each one's first shape parameter, over the typical one.
     """
     model, values, unit = found.model, found.values, found.recorded.time_unit
-    own, places = len(values), dict[str, npt.NDArray[np.int64]]()
+    own, places = len(values), dict[tuple[str, int | None], npt.NDArray[np.int64]]()
     for candidate in candidates:
-        if candidate.effect.key in places:
+        if (candidate.effect.key, candidate.trial) in places:
             continue  # another smoothness of the same curve
         first, beginning = len(values), beginning_of(candidate, unit, shape)
         model, values = model.with_effect(candidate), np.concatenate([values, beginning])
         strong = [k for k, p in enumerate(candidate.fitted) if not p.shape]
-        places[candidate.effect.key] = first + np.array(strong, dtype=np.int64)
+        places[candidate.effect.key, candidate.trial] = first + np.array(strong, dtype=np.int64)
     states = [_of_size(of, found.model.states, model.states) for of in found.states]
     linear = [
         _without_overflow(swing.linearised(model, values, of))
@@ -99,7 +99,7 @@ def scores(found: WholeSwings, candidates: Sequence[ActiveEffect], shape: float 
     for candidate in candidates:
         strong = [k for k, p in enumerate(candidate.fitted) if not p.shape]
         precision = known_of(candidate, unit)[0][np.ix_(strong, strong)]
-        at = places[candidate.effect.key] - own
+        at = places[candidate.effect.key, candidate.trial] - own
         alone = np.diag(left.others)[at]
         seen = alone > _SEEN * np.maximum(np.sum(across[:, at] ** 2, axis=0), np.diag(precision))
         if not np.any(seen):

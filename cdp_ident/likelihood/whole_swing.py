@@ -64,6 +64,11 @@ class Recorded:
         return _LEAST_TORQUE * self.large_torque
 
     @property
+    def trials(self) -> list[int]:
+        """The numbers of the trials of which swings are."""
+        return sorted({swing.trial for swing in self.swings})
+
+    @property
     def nodes(self) -> int:
         """How many there are."""
         return sum(len(swing.grids) for swing in self.swings)

@@ -20,13 +20,17 @@ _NO_ESTIMATE = {"as_fitted": {"value": np.inf, "std": np.inf}}
 def expected_effects(report: Section) -> tuple[ExpectedEffect, ...]:
     """Return the effects of a report that may be expected again.
 
-    Effects of an instant are left out, and so are nonparametric torques, whose shapes belong to their trials.
+    Effects of one trial are left out, and so are nonparametric torques, whose shapes belong to their trials.
     """
-    sections = {(section["name"], section["joint"], section["variant"]): section for section in report["effects"]}
+    sections = {
+        (section["name"], section["joint"], section["variant"]): section
+        for section in report["effects"]
+        if section["trial"] is None
+    }
     found = []
     for effect in known_effects():
         section = sections.get((effect.name, effect.joint, effect.variant))
-        if section is None or effect.at_an_instant or effect.curve is not None:
+        if section is None or effect.curve is not None:
             continue
         fitted = [section["parameters"].get(p.name, _NO_ESTIMATE)["as_fitted"] for p in ActiveEffect(effect).fitted]
         values, std = (np.array([estimate[of] for estimate in fitted]) for of in ("value", "std"))
@@ -37,7 +41,7 @@ def expected_effects(report: Section) -> tuple[ExpectedEffect, ...]:
 
 def compared(expected: Sequence[ExpectedEffect], found: Sequence[FoundEffect]) -> list[Also]:
     """Return what became of each effect that was expected, and which effects are new."""
-    new = {effect.active.effect.key: effect for effect in found}
+    new = {effect.active.effect.key: effect for effect in found if not effect.active.is_difference}
     sections = []
     for before in expected:
         now = new.pop(before.effect.key, None)

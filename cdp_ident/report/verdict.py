@@ -5,6 +5,7 @@
 import re
 
 from cdp_ident.diagnosis.identifiability import CONFIDENCE
+from cdp_ident.model.effects.effect import Effect
 from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import CERTAINTY, capitalised, key_words, over_inertia, unit, with_std
 from cdp_ident.tracing.final_model import is_worse
@@ -44,7 +45,11 @@ def verdict(trace: Trace) -> str:
         why = "it is as if the base moved"
     if trace.whole:
         late = errors_of_time(trace.whole.noise.time)
+    differs = [e for e in effects if e.active.is_difference]
     said = judgement(subject, count, before, after, noise, significant, why, late)
+    if differs:
+        which = " and ".join(sorted({_with_place(e.active.effect) for e in differs}))
+        said += f" Trials differ from one another in {which}: the next one may differ, too."
     if any(over_inertia(quantity(parameter)) for effect in effects for parameter in effect.parameters):
         width = CONFIDENCE * trace.physical.inertia_std_once_weighed
         said += f" Torques in N m are known to ± {100.0 * width:.2g} % once the outer rod is weighed."
@@ -126,8 +131,7 @@ def effect_in_words(found: FoundEffect) -> str:
     return capitalised(_in_words(found))
 
 
-def _in_words(found: FoundEffect) -> str:
-    effect = found.active.effect
+def _with_place(effect: Effect) -> str:
     if effect.joint == "base":
         place = ""
     elif not effect.moves and not effect.of_both_encoders:
@@ -136,13 +140,19 @@ def _in_words(found: FoundEffect) -> str:
         place = f" ({effect.joint})"
     else:
         place = f" in the {effect.joint} joint"
+    return f"{effect.description}{place}"
+
+
+def _in_words(found: FoundEffect) -> str:
+    effect = found.active.effect
+    what = f"{'more ' * found.active.is_difference}{_with_place(effect)}{' in one trial' * found.active.is_difference}"
     if found.curve:
         largest, at = found.parameters
         size = f", up to {_strength(largest)} at {_with_unit(at)}" if _is_shown(largest) else ""
         likeness = f", as {found.curve.likeness} would have" if found.curve.likeness else ""
-        return f"{effect.description}{place}{size}{likeness}"
+        return f"{what}{size}{likeness}"
     strength = next((p for p in found.parameters if not p.description.shape and _is_shown(p)), None)
-    named = f"{CERTAINTY[found.certainty]}{effect.description}{place}{f', {_strength(strength)}' if strength else ''}"
+    named = f"{CERTAINTY[found.certainty]}{what}{f', {_strength(strength)}' if strength else ''}"
     others = " or ".join(map(key_words, found.also_possible))
     return f"{named} (or {others}, which the data do not distinguish from it)" if others else named
 

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import softmax
 
+from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.effects.effect import Effect
@@ -22,6 +23,8 @@ from cdp_ident.tracing.odds import unlikelihood
 from cdp_ident.tracing.selection import Certainty, Selection
 
 Array = npt.NDArray[np.float64]
+
+_Name = tuple[str, str, int | None]
 
 NAMED, PROBABLE = 0.95, 0.7
 """Probability from which on a name is said, and from which on it is said to be probable."""
@@ -40,29 +43,28 @@ def probabilities(search: ModelSearch) -> tuple[float, ...]:
     others = [found for found in search.fitted.values() if found is not search.best and search.cost(found) >= least]
     models = [search.best, *others]
     weights = softmax([-0.5 * search.cost(found) for found in models])
-    names = [{_name(active.effect) for active in found.model.effects} for found in models]
+    names = [{_name(active) for active in found.model.effects} for found in models]
     return tuple(
-        float(sum(weight for weight, there in zip(weights, names, strict=True) if _name(active.effect) in there))
+        float(sum(weight for weight, there in zip(weights, names, strict=True) if _name(active) in there))
         for active in search.best.model.effects
     )
 
 
 def not_distinguished(search: ModelSearch) -> tuple[tuple[str, ...], ...]:
     """Return for each effect of the best model the keys of those that may be in its place as well."""
-    best = [active.effect for active in search.best.model.effects]
+    best = search.best.model.effects
     found = []
-    for effect in best:
-        others = sorted(one.key for one in best if one != effect)
-        alternatives = dict[tuple[str, str], tuple[float, str]]()
+    for active in best:
+        others = [(one.effect.key, one.trial) for one in best if one != active]
+        alternatives = dict[_Name, tuple[float, str]]()
         for model in search.fitted.values():
-            keys = [active.effect.key for active in model.model.effects]
-            instead = [active.effect for active in model.model.effects if active.effect.key not in others]
-            if len(instead) != 1 or len(keys) != len(best) or _name(instead[0]) == _name(effect):
+            instead = [one for one in model.model.effects if (one.effect.key, one.trial) not in others]
+            if len(instead) != 1 or len(model.model.effects) != len(best) or _name(instead[0]) == _name(active):
                 continue
             behind = search.cost(model) - search.cost(search.best)
-            if behind < _NOT_DISTINGUISHED and not instead[0].curve:
+            if behind < _NOT_DISTINGUISHED and not instead[0].effect.curve:
                 name = _name(instead[0])
-                alternatives[name] = min(alternatives.get(name, (np.inf, "")), (behind, instead[0].key))
+                alternatives[name] = min(alternatives.get(name, (np.inf, "")), (behind, instead[0].effect.key))
         found.append(tuple(key for _, key in sorted(alternatives.values())))
     return tuple(found)
 
@@ -136,5 +138,5 @@ def less_sure(selection: Selection) -> Selection:
     return replace(selection, certainty=tuple(weaker[one] for one in selection.certainty))
 
 
-def _name(effect: Effect) -> tuple[str, str]:
-    return effect.name, str(effect.joint)
+def _name(active: ActiveEffect) -> _Name:
+    return active.effect.name, str(active.effect.joint), active.trial if active.is_difference else None

@@ -43,7 +43,8 @@ class FinalValues:
 def final_values(after: FinalModel, chosen: WholeSwings, data: Data, say: Callable[[str], None]) -> FinalValues:
     """Return the values given all that was measured, what was held out among it.
 
-    With less unknown torque they are uncertain by how far they are from the most likely ones, too.
+    With less unknown torque they are uncertain by how far they are from the most likely ones, too. Where trials differ
+    from one another, nobody knows by how much those do that were held out, and values are those of what was fitted.
 
     Args:
         after: the chosen model, as it was judged.
@@ -51,6 +52,10 @@ def final_values(after: FinalModel, chosen: WholeSwings, data: Data, say: Callab
         data: what was measured.
         say: called with a line of text.
     """
+    others = set(range(len(data.trials))) - set(chosen.recorded.trials)
+    if others and any(active.is_difference for active in after.model.effects):
+        say("trials differ from one another: the final values are those of the trials that were fitted")
+        return FinalValues(after.fit.values, chosen.covariance, chosen, ())
     try:
         whole = _whole_swings(after, chosen, data)
         values = values_with_less_torque(whole) if after.less_torque else whole.values

@@ -182,13 +182,13 @@ class ModelSearch:
 
     def _zeros(self) -> bool:
         """Try encoders whose zeros differ from trial to trial."""
-        trials, model = {swing.trial for swing in self._recorded.swings}, self.best.model
+        trials, model = self._recorded.trials, self.best.model
         shows = any(active.effect.acts_as_zero for active in model.effects) or bool(np.any(self.best.leaves_more))
         if len(trials) < 2 or model.zeros or not shows:
             return False
         neighbours = []
         for joints in ((JOINTS[0],), (JOINTS[1],), JOINTS):
-            begins = replace(model, zero_joints=joints).with_zeros(self.best.values, sorted(trials))
+            begins = replace(model, zero_joints=joints).with_zeros(self.best.values, trials)
             neighbours.append((Neighbour(*begins, (f"{' and '.join(joints)} zeros of each trial",)), None))
         return self._move(self.best, neighbours, "added", must_explain=False)
 
@@ -230,7 +230,7 @@ class ModelSearch:
         return False
 
     def _replace(self) -> bool:
-        """Try other effects in the place of each one, and an extended model of another one of its joint."""
+        """Try other effects in the place of each one, and an extended model of another one."""
         alternatives: list[tuple[Neighbour, WholeSwings | None]] = []
         for index in range(len(self.best.model.effects)):
             without = self.without(index)
@@ -238,9 +238,7 @@ class ModelSearch:
                 continue
             others = replacements(self.best, index, without, self.scores, self._named_only)
             alternatives += [(each, without) for each in islice(others, _TRIED)]
-            joint = self.best.model.effects[index].effect.joint
-            extended = (each[0] for forms in extended_models(without) for each in forms)
-            alternatives += [(each, without) for each in extended if each.model.effects[-1].effect.joint == joint]
+            alternatives += [(each[0], without) for forms in extended_models(without) for each in forms]
         return self._move(self.best, alternatives, "exchanged for")
 
     def _fit_all(

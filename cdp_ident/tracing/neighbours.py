@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Models that differ from one by an effect: what may be added, what may take an effect's place, what may go."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -93,6 +93,8 @@ def _scores(found: WholeSwings, named_only: bool, lasting: bool = False) -> list
             for effect in allowed:
                 if effect.has_score and effect.brings_states and not effect.curve:
                     scored += scores(found, [ActiveEffect(effect)], factor)
+    if np.any(found.leaves_more) and not lasting:
+        scored += _differences(found)
     if not named_only:
         room = ROOM - found.model.states - len(found.values)
         for effect in allowed:
@@ -119,6 +121,19 @@ def _extended(present: Sequence[Effect]) -> list[Effect]:
     return [
         e for e in known_effects() for one in present if e.contains == one.name and e.joint == one.joint and e != one
     ]
+
+
+def _differences(found: WholeSwings) -> list[Score]:
+    """Return the scores of what one trial would have more than the others, of a model's effects."""
+    trials = found.recorded.trials
+    candidates = [
+        ActiveEffect(active.effect, trial=trial)
+        for active in found.model.effects
+        if len(trials) > 1 and active.trial is None and active.effect.has_score and not active.effect.states
+        for trial in trials
+    ]
+    there = {(active.effect, active.trial) for active in found.model.effects}
+    return scores(found, [of for of in candidates if (of.effect, of.trial) not in there]) if candidates else []
 
 
 def _at_instants(found: WholeSwings) -> Iterator[Score]:
@@ -168,58 +183,65 @@ def _by_name(found: WholeSwings, index: int) -> dict[str, float]:
 
 
 def extended_models(found: WholeSwings) -> Iterator[list[list[Neighbour]]]:
-    """Yield models that extend an effect in whose joint a torque is missing, or the encoder's noise is autocorrelated.
+    """Yield models that extend an effect where a torque is missing, or an encoder's noise is autocorrelated.
 
     Its score says too little, if any: unknown torques, or such noise, follow what it has more.
 
     For each effect there are its forms, and for each of these models that begin at different values.
     """
-    more = found.leaves_more | (found.noise.kept > 0.0)
+    if not np.any(found.leaves_more | (found.noise.kept > 0.0)):
+        return
     for index, active in enumerate(found.model.effects):
-        joints = [JOINTS.index(active.effect.joint)] if active.effect.joint in JOINTS else [0, 1]
-        forms = _extended([active.effect])
-        if not forms or not np.any(more[joints]):
+        # What acts in one trial has no states: all trials have those of the model.
+        forms = [form for form in _extended([active.effect]) if active.trial is None or not form.states]
+        if not forms:
             continue
         yield [
             [
                 replace(_instead(found, index, replace(active, effect=form), v), again=True)
-                for v in _beginnings(found, index, form)
+                for v in _beginnings(found, _by_name(found, index), form)
             ]
             for form in forms
         ]
 
 
 def hidden_by_torques(found: WholeSwings) -> Iterator[Neighbour]:
-    """Yield models with an effect whose states are known without it.
+    """Yield models with an effect that unknown torques, or autocorrelated noise, follow as well as it would.
 
-    Such an effect, play in a coupling, shows by jumps, which unknown torques or autocorrelated noise follow as well:
-    its score says too little.
+    Its score says too little. Such are play in a coupling, which shows by jumps, and where the base moves one that has
+    a mode of its own, which near no strength is not seen unless its frequency is right.
     """
     for effect in known_effects():
-        if effect.states and effect.known_at_zero and not effect.moves:
-            values = np.array(
-                [typical(parameter, found.recorded.time_unit) for parameter in ActiveEffect(effect).fitted]
-            )
-            yield _with(found, ActiveEffect(effect), values)
+        jumps = effect.states and effect.known_at_zero and not effect.moves
+        if jumps or (effect.swings and found.base_moves):
+            for values in _beginnings(found, {}, effect, 1):
+                yield replace(_with(found, ActiveEffect(effect), np.array(values)), again=True)
 
 
-def _beginnings(found: WholeSwings, index: int, effect: Effect) -> Iterator[list[float]]:
-    """Yield values to begin an extended model with."""
-    known, unit, active = _by_name(found, index), found.recorded.time_unit, ActiveEffect(effect)
-    formulas = max(len(parameter.begins) for parameter in effect.parameters)
-    given = dict(zip(COEFFICIENTS, found.model.coefficients(found.values).tolist(), strict=True)) | known
+def _beginnings(
+    found: WholeSwings, known: Mapping[str, float], effect: Effect, shapes: int = len(_SHAPES)
+) -> Iterator[list[float]]:
+    """Yield values to begin a model with an effect with, of whose parameters some may be known.
+
+    Those that have no formulas for it are tried with so many typical values.
+    """
+    fitted, unit = ActiveEffect(effect).fitted, found.recorded.time_unit
+    usual = {parameter.name: typical(parameter, unit) for parameter in fitted}
+    coefficients = found.model.coefficients(found.values).tolist()
+    given = {**dict(zip(COEFFICIENTS, coefficients, strict=True)), **usual, **known}
     given["m2_l2"] = given["A23"] / given["L"]
-    for k in range(formulas or len(_SHAPES)):
-        factor, values = (1.0 if formulas else _SHAPES[k]), list[float]()
-        for parameter in active.fitted:
-            if parameter.begins:
-                values.append(evaluated(parameter.begins[k], given))
-            elif parameter.name in known:
-                values.append(known[parameter.name])
+    formulas = max(len(parameter.begins) for parameter in fitted)
+    for k in range(formulas or shapes):
+        factor, values = (1.0 if formulas else _SHAPES[k]), dict[str, float]()
+        for parameter in fitted:
+            if parameter.name in known:
+                value = known[parameter.name]
+            elif parameter.begins:
+                value = evaluated(parameter.begins[k], given | values)
             else:
-                values.append(factor * typical(parameter, unit))
-                factor = 1.0
-        yield values
+                value, factor = factor * usual[parameter.name], 1.0
+            values[parameter.name] = value
+        yield list(values.values())
 
 
 def replacements(

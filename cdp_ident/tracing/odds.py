@@ -26,12 +26,14 @@ def unlikelihood(active: ActiveEffect, recorded: Recorded) -> float:
 def ambiguity(active: ActiveEffect, recorded: Recorded) -> float:
     """Return twice the logarithm of how many effects share the odds of one.
 
-    What happens at an instant may happen at any; harmonics of a turn are one effect. A nonparametric torque is as
-    unlikely as two effects that have one.
+    What happens at an instant may happen at any, and any trial may differ from the others; harmonics of a turn are one
+    effect. A nonparametric torque is as unlikely as two effects that have one.
     """
     effect, forms = active.effect, 1.0
     if effect.at_an_instant:
         forms = recorded.nodes
+    elif active.trial is not None:
+        forms = len(recorded.trials)
     elif effect.curve:
         forms = _AGAINST
     elif effect.harmonic:

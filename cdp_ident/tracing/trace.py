@@ -203,9 +203,9 @@ def _final_models(paper: WholeSwings, chosen: WholeSwings, data: Data) -> tuple[
     """
     try:
         first = FinalModel.of(paper, data)
-        return first, FinalModel.of(chosen, data, first) if chosen.model.effects else first
+        return first, FinalModel.of(chosen, data, first) if chosen is not paper else first
     except (IdentificationError, np.linalg.LinAlgError):
-        if not chosen.model.effects:
+        if chosen is paper:
             raise
         last = FinalModel.of(chosen, data)
         return FinalModel.of(paper, data, last), last

@@ -69,7 +69,10 @@ def unexplained(final: FinalModel, whole: WholeSwings | None, noise: Array, iner
         if said:
             words.append(f"and torques that matter less than that, {said} (root mean square){moved}")
         return Unexplained(False, JOINTS[worst], times, torque, ", ".join(words))
-    if not said:
+    fitted = np.array([final.fit.rmse(angle) for angle in range(2)]) / _noise_of_angles(noise, whole)
+    if any(active.is_difference for active in whole.model.effects) and not np.any(fitted > LARGER):
+        words = [f"held-out motion is {times:.2g} times its noise off, as trials differ from one another"]
+    elif not said:
         words = [f"theta{worst + 1} is {over_noise[worst]:.1f} times its noise off, by what no torque would explain"]
     else:
         dependence = max(_dependences(missing, joints), key=lambda found: found.share)

@@ -9,7 +9,8 @@ import pytest
 
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.model.effects.catalogue import known_effects
-from cdp_ident.tracing.neighbours import additions, extended_models, replacements, simplifications
+from cdp_ident.model.formulas.language import COEFFICIENTS
+from cdp_ident.tracing.neighbours import additions, extended_models, hidden_by_torques, replacements, simplifications
 from cdp_ident.tracing.odds import unlikelihood
 from scenarios.swings import TIME, fitted, known, measured, motion, recorded, with_effect
 
@@ -125,6 +126,18 @@ def test_lost_counts_below_half_an_encoder_s_step_are_not_proposed(step, propose
     found = replace(found, recorded=replace(found.recorded, steps=np.full(2, step)))
     neighbours, _ = additions(found, named_only=True)
     assert ("encoder_slip.outer" in [neighbour.what[0] for neighbour in neighbours]) == proposed
+
+
+def test_where_the_base_moves_a_mode_of_its_own_is_proposed_with_more_than_the_rods_mass(rubbing):
+    moving = replace(rubbing, noise=replace(rubbing.noise, of_base=True), is_missing=np.array([True, False]))
+    keys = [each.what for each in hidden_by_torques(moving)]
+    assert keys.count(("pivot_compliance.base.oscillating",)) == 3
+    assert [each.what for each in hidden_by_torques(rubbing)] == [("backlash.inner",), ("backlash.outer",)]
+    each = next(e for e in hidden_by_torques(moving) if e.model.effects[-1].effect.swings)
+    compliance, frequency, _ = each.values[-3:]
+    A23, A33, a1, *_ = each.values
+    rods = a1**2 + (A23 / each.model.coefficients(each.values)[COEFFICIENTS.index("L")]) ** 2 / A33
+    assert 1.0 / (compliance * frequency**2) == pytest.approx(1.5 * rods)
 
 
 def test_in_the_place_of_an_effect_others_begin_from_the_model_without_it(rubbing):

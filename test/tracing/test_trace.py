@@ -14,7 +14,9 @@ from cdp_ident.pipeline.identify import identify
 from cdp_ident.tracing import final_values
 from cdp_ident.tracing import trace as tracing
 from cdp_ident.tracing.final_model import FinalModel, is_worse
-from cdp_ident.tracing.trace import trace
+from cdp_ident.tracing.neighbours import additions
+from cdp_ident.tracing.select_effects import select_effects
+from cdp_ident.tracing.trace import judged, trace
 from scenarios.twin import TEN_SECONDS, twin
 
 pytestmark = pytest.mark.long
@@ -189,6 +191,19 @@ def test_held_out_motion_that_the_paper_s_model_cannot_follow_is_led_to_by_the_o
     found = trace(identified)
     assert found.errors["effects"].holdout.rmse == pytest.approx(traced.errors["effects"].holdout.rmse, rel=1e-3)
     assert found.errors["refined"].holdout.rmse == pytest.approx(traced.errors["refined"].holdout.rmse, rel=0.1)
+
+
+def test_zeros_of_each_trial_are_kept_where_no_effect_is_found(identified):
+    paper = identified.whole
+    model, values = paper.model.with_zeros(paper.values, [0, 1])
+    covariance = np.pad(paper.covariance, (0, 4)) + np.diag([0.0] * len(paper.values) + [1e-8] * 4)
+    chosen = replace(paper, model=model, values=values, covariance=covariance)
+    selection = replace(
+        select_effects(identified, stop=lambda: True), after=chosen, scores=tuple(additions(chosen, named_only=True)[1])
+    )
+    found = judged(identified, selection, (), lambda line: None)
+    assert found.completed.fit.model.zeros == (0, 1)
+    assert found.covariance.shape == covariance.shape
 
 
 @pytest.mark.campaign

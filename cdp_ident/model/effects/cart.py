@@ -5,6 +5,8 @@
 from cdp_ident.model.effects.effect import Effect, EffectParameter, Law, State
 
 _COMPLIANCE = EffectParameter("compliance", "m/N", 0.0, 1e-2, 1e-5, inertia_power=-1)
+_ROUGHLY_RODS, _HEAVIER = "(a1^2 + m2_l2^2/A33)", (1.5, 4, 12)
+"""Roughly the rods' mass over A22, and how many times as heavy what moves along may be: fits begin with each."""
 _SPEEDS_UP = (
     "-compliance*natural_frequency^2*(carried*u + pull) - 2*damping_ratio*natural_frequency*speed_ahead"
     " - natural_frequency^2*ahead"
@@ -39,8 +41,16 @@ CART = (
             states=(State("ahead", "speed_ahead"), State("speed_ahead", _SPEEDS_UP)),
         ),
         (
-            EffectParameter("compliance", "m/N", 0.0, 10.0, 1e-5, inertia_power=-1),
             # What moves along is heavier than the rods' share, which turns them and not the cart.
+            EffectParameter(
+                "compliance",
+                "m/N",
+                0.0,
+                10.0,
+                1e-5,
+                inertia_power=-1,
+                begins=tuple(f"1/({times}*natural_frequency^2*{_ROUGHLY_RODS})" for times in _HEAVIER),
+            ),
             EffectParameter(
                 "natural_frequency",
                 "rad/s",
@@ -48,7 +58,7 @@ CART = (
                 1000.0,
                 15.0,
                 shape=True,
-                begins=tuple(f"1/sqrt({times}*(compliance + 1e-300)*(a1^2 + m2_l2^2/A33))" for times in (1.5, 4, 12)),
+                begins=tuple(f"1/sqrt({times}*(compliance + 1e-300)*{_ROUGHLY_RODS})" for times in _HEAVIER),
             ),
             EffectParameter("damping_ratio", "1", 0.0, 5.0, 0.05, shape=True),
         ),

@@ -99,6 +99,17 @@ ENCODERS = (
         variant="filtered",
         contains="time_offset",
     ),
+    Effect(
+        "time_offset",
+        "outer",
+        "a filter behind the inner encoder",
+        # The inner encoder is late then, which is an outer one that is early.
+        Law(readings=("-time_constant*behind", "0"), states=(State("behind", "(omega1 - behind)/time_constant"),)),
+        (EffectParameter("time_constant", "s", 1e-4, 0.1, 0.002, begins=("-delay",)),),
+        "low-pass filter of first order",
+        variant="inner filtered",
+        contains="time_offset",
+    ),
     *in_joints(
         "encoder_filter",
         "a filter behind an encoder",
@@ -114,10 +125,17 @@ ENCODERS = (
         # A circle is seen as an ellipse, whose longer axis has some direction.
         Law(
             readings=("of1", "of2 - of1"),
-            where=tuple((f"of{k}", f"sine*sin(2*theta{k}) + cosine*cos(2*theta{k})") for k in (1, 2)),
+            where=tuple(
+                (
+                    f"of{k}",
+                    f"atan((sine*sin(2*theta{k}) + cosine*cos(2*theta{k}))"
+                    f"/(1 - sine*cos(2*theta{k}) + cosine*sin(2*theta{k})))",
+                )
+                for k in (1, 2)
+            ),
         ),
         (EffectParameter("sine", "rad", -0.1, 0.1, 0.01), EffectParameter("cosine", "rad", -0.1, 0.1, 0.01)),
-        "orthographic projection, to first order: Hartley and Zisserman, Multiple View Geometry, 2004",
+        "orthographic projection: Hartley and Zisserman, Multiple View Geometry, 2004",
     ),
     *in_joints(
         "backlash",
