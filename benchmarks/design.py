@@ -15,7 +15,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from cdp_ident.design.criteria import Criterion
+from cdp_ident.design.criteria import Uncertainty
 from cdp_ident.design.next_trial import NextTrial
 from cdp_ident.design.starts import Grid
 from scenarios.next_swing import ALL_GROUPS, Swings, swing
@@ -31,8 +31,8 @@ def begun(rng: np.random.Generator) -> Swings:
 
 
 def size(swings: Swings, names: Sequence[str]) -> float:
-    """Return how uncertain values are together; see `Criterion.size`."""
-    return Criterion(tuple(names)).size(swings.knowledge, swings.knowledge.rows)
+    """Return how uncertain values are together; see `Uncertainty.size`."""
+    return Uncertainty.of(swings.knowledge, names, swings.knowledge.rows).size
 
 
 def advised(swings: Swings, names: Sequence[str], rng: np.random.Generator, spacing: float) -> tuple[Swings, float]:

@@ -60,6 +60,6 @@ def test_ros_s_linter_knows_the_header_by_the_package_s_entry_point():
 def test_ros_s_release_tool_reads_the_version_from_the_changes():
     changelog = importlib.import_module("catkin_pkg.changelog").get_changelog_from_path(str(ROOT / "CHANGELOG.rst"))
     package = importlib.import_module("catkin_pkg.package").parse_package(str(ROOT))
-    newest, _, changes = next(changelog.foreach_version())
+    newest, _, changes = next(changelog.foreach_version(reverse=True))
     assert newest == package.version
     assert changes

@@ -8,8 +8,8 @@ from pathlib import Path
 from cdp_ident.outside_text import shown
 from cdp_ident.report.document import Chapter, Charts, Document, Table, print_chapter, wide_console
 from cdp_ident.report.figures.description import Figure
-from cdp_ident.report.folder import COMPARISON_PAGE, COMPARISON_TEXT, FIGURES
-from cdp_ident.report.pictures import draw_comparison
+from cdp_ident.report.folder import COMPARISON_PAGE, COMPARISON_TEXT, FIGURES, write_files
+from cdp_ident.report.pictures import files_of
 
 
 def show_comparison(
@@ -26,6 +26,7 @@ def show_comparison(
     print_chapter(console, chapter)
     if out:
         document = Document("Cart double pendulum, compared", heading, "", (chapter,))
-        problem, place = draw_comparison(out, document, force), shown(out)
-        console.print(problem or f"{place}/{COMPARISON_PAGE} is written", soft_wrap=True)
+        files, place = files_of(document, COMPARISON_PAGE, COMPARISON_TEXT, for_paper=True), shown(out)
+        write_files(out, files, force=force)
+        console.print(f"{place}/{COMPARISON_PAGE} is written", soft_wrap=True)
         console.print(f"{place}/{COMPARISON_TEXT} and {FIGURES}/ are written", soft_wrap=True)

@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.progress import Progress
 
 from cdp_ident.configuration.settings import Settings, without_results
-from cdp_ident.errors import FitFailedError, OptionError, ReportError
+from cdp_ident.errors import FitFailedError, OptionError
 from cdp_ident.machine.parallel import core_count
 from cdp_ident.outside_text import shown
 from cdp_ident.pipeline.identifier import read_configuration
@@ -88,15 +88,11 @@ def _conduct(planned: Plan, workers: AbstractContextManager[Executor], where: st
 
 
 def _write(out: Path, content: Section, console: Console) -> None:
-    """Write the numbers, then the page; where it cannot be drawn, one line says why."""
+    """Write the numbers, then the page."""
     write_files(out, {CONTENTS: json_text(content)}, instead_of=(CONTENTS, PAGE))
     from cdp_ident.survey.page import survey_html
 
+    write_files(out, {PAGE: survey_html(content)})
     place = shown(out)
-    try:
-        write_files(out, {PAGE: survey_html(content)})
-    except ReportError as error:
-        more = shown(error)
-    else:
-        more = f"{place}/{PAGE} shows it all, {place}/{PIECES}/ has a report of each piece"
+    more = f"{place}/{PAGE} shows it all, {place}/{PIECES}/ has a report of each piece"
     console.print(f"{place}/{CONTENTS} is written; {more}", soft_wrap=True)

@@ -24,8 +24,8 @@ def main(arguments: list[str]) -> int:
     with loading("report"):
         from cdp_ident.report.pictures import draw
     for folder in options.folders:
-        problem = draw(folder, options.figures)
+        draw(folder, options.figures)
         place = shown(folder)
-        print(problem or f"{place}/{PAGE} is drawn")
+        print(f"{place}/{PAGE} is drawn")
         print(f"{place}/{TEXT} and {FIGURES}/ are drawn" if options.figures else f"{place}/{TEXT} is drawn")
     return 0

@@ -33,37 +33,27 @@ def compare(rig: Path, report: dict[str, Any]) -> Iterator[Compared]:
     for group, value in zip(GROUPS, groups_of(actual, truth["L"]), strict=True):
         found = report["after"]["groups"][group.symbol]["value"]
         yield Compared(group.formula, "" if group.unit == "1" else group.unit, float(value), found)
-    hidden = _over_inertia(_hidden_effects(rig), float(inertia_about_cart(actual, truth["L"])))
-    found_effects = _over_inertia(_found_effects(report), report["after"]["physical"]["A22"]["value"])
-    for key in dict.fromkeys((*hidden, *found_effects)):
-        name, unit = key
-        yield Compared(name, unit, hidden.get(key), found_effects.get(key))
-
-
-_Effects = Iterator[tuple[str, str, str, float]]
-"""Name, joint, parameter and physical value of each number of the effects."""
-
-
-def _hidden_effects(rig: Path) -> _Effects:
-    content = read_yaml(rig)
-    for name, joints in content.get("effects", {}).items():
-        for joint, values in joints.items():
-            yield from ((name, joint, parameter, value) for parameter, value in values.items())
-
-
-def _found_effects(report: dict[str, Any]) -> _Effects:
-    for effect in report["effects"]:
-        for parameter, quantity in effect["parameters"].items():
-            yield effect["name"], effect["joint"], parameter, quantity["value"]
-
-
-def _over_inertia(effects: _Effects, inertia: float) -> dict[tuple[str, str], float]:
+    hidden = {
+        (joint, name, parameter): value
+        for name, joints in read_yaml(rig).get("effects", {}).items()
+        for joint, values in joints.items()
+        for parameter, value in values.items()
+    }
+    found_effects = {
+        (effect["joint"], effect["name"], parameter): quantity["value"]
+        for effect in report["effects"]
+        for parameter, quantity in effect["parameters"].items()
+    }
+    sides = (
+        (hidden, float(inertia_about_cart(actual, truth["L"]))),
+        (found_effects, report["after"]["physical"]["A22"]["value"]),
+    )
     known = {(str(effect.joint), effect.name, p.name): p for effect in known_effects() for p in effect.parameters}
-    values = {}
-    for name, joint, parameter, value in effects:
-        description = known.get((joint, name, parameter))
+    for key in dict.fromkeys((*hidden, *found_effects)):
+        description = known.get(key)
         if description is None or description.fixed:  # it only says which form of the effect is meant
             continue
+        joint, name, parameter = key
         label, unit, power = (
             f"{name.replace('_', ' ')}, {joint}: {parameter}",
             description.unit,
@@ -71,5 +61,5 @@ def _over_inertia(effects: _Effects, inertia: float) -> dict[tuple[str, str], fl
         )
         if power:
             label, unit = f"{label} / A22{'' if power == 1 else f'^{power}'}", f"{unit}, over A22's"
-        values[label, unit] = value / description.scale(inertia)
-    return values
+        values = (of[key] / description.scale(inertia) if key in of else None for of, inertia in sides)
+        yield Compared(label, unit, *values)

@@ -8,7 +8,8 @@ and 6; Atkinson, Donev and Tobias, Optimum Experimental Designs, with SAS, 2007,
 for is estimated along with it.
 """
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -26,24 +27,23 @@ def covariance_of(rows: Array) -> Array:
     return covariance
 
 
-@dataclass(frozen=True)
-class Criterion:
-    """Asks for some of the unknowns: one of them (c-optimal), or several together (D-optimal)."""
+class Uncertainty(NamedTuple):
+    """Of some of the unknowns: of one of them (c-optimal), or of several together (D-optimal)."""
 
-    names: tuple[str, ...]
+    std: Array
+    """(names,) standard deviations."""
+    size: float
+    """How uncertain they are together: the root of the determinant's root of as many; one's own deviation."""
 
-    def standard_deviations(self, knowledge: Knowledge, rows: Array) -> Array:
-        """Return the standard deviations (names,), given rows (n, unknowns) whose products are the information."""
-        variances = np.diag(covariance_of(rows))[knowledge.places(self.names)]
-        return np.asarray(np.sqrt(variances))
-
-    def size(self, knowledge: Knowledge, rows: Array) -> float:
-        """Return how uncertain they are together: the root of the determinant's root of as many; one's own std."""
-        asked = knowledge.places(self.names)
+    @classmethod
+    def of(cls, knowledge: Knowledge, names: Sequence[str], rows: Array) -> "Uncertainty":
+        """Return that of the unknowns of these names, given rows (n, unknowns) whose products are the information."""
+        asked = knowledge.places(names)
         part = covariance_of(rows)[np.ix_(asked, asked)]
+        std = np.sqrt(np.diag(part))
         if not np.all(np.isfinite(part)):
-            return float("inf")
-        scale = np.sqrt(np.maximum(np.diag(part), np.finfo(float).tiny))
+            return cls(std, float("inf"))
+        scale = np.maximum(std, np.sqrt(np.finfo(float).tiny))
         sign, logarithm = np.linalg.slogdet(part / np.outer(scale, scale))
         together = float(np.exp(np.mean(np.log(scale))))
-        return together * float(np.exp(logarithm / (2 * len(asked)))) if sign > 0 else 0.0
+        return cls(std, together * float(np.exp(logarithm / (2 * len(asked)))) if sign > 0 else 0.0)

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.design.candidate_trial import CandidateTrial, information_of
-from cdp_ident.design.criteria import Criterion
+from cdp_ident.design.criteria import Uncertainty
 from cdp_ident.design.discrimination import Alternative
 from cdp_ident.design.knowledge import Knowledge
 from cdp_ident.design.loads import UNLOADED, Loads
@@ -28,12 +28,10 @@ _ALIKE = 1e-6
 class Sharper:
     """The trial that makes values surest."""
 
-    now: Array
-    """(names,) standard deviations of the values asked for, as they are."""
-    then: Array
-    """(names,) after the trial, if it begins exactly where it is to."""
-    size_now: float
-    """How uncertain they are together, as `Criterion.size` has it."""
+    now: Uncertainty
+    """Of the values asked for, as they are."""
+    then: Uncertainty
+    """After the trial, if it begins exactly where it is to."""
     survey: Survey
     """With the load that is best; its losses are that size after a trial."""
 
@@ -77,22 +75,18 @@ class NextTrial:
             loads: what the rods may carry.
             grid: of starts to choose from, if not all.
         """
-        criterion = Criterion(tuple(names))
+
+        def after(gained: Array) -> Uncertainty:
+            return Uncertainty.of(self.knowledge, names, np.concatenate([self.knowledge.rows, gained]))
 
         def loss(trial: CandidateTrial) -> float:
             rows = self._information(trial)
-            return np.inf if rows is None else criterion.size(self.knowledge, np.concatenate([known, rows]))
+            return np.inf if rows is None else after(rows).size
 
-        known = self.knowledge.rows
+        nothing = np.zeros((0, len(self.knowledge.values)))
         found = self._survey(loss, loads, grid or self.grid)
         gained = self._information(found.trial)
-        after = known if gained is None else np.concatenate([known, gained])
-        return Sharper(
-            criterion.standard_deviations(self.knowledge, known),
-            criterion.standard_deviations(self.knowledge, after),
-            criterion.size(self.knowledge, known),
-            found,
-        )
+        return Sharper(after(nothing), after(nothing if gained is None else gained), found)
 
     def furthest_apart(self, alternative: Alternative, loads: Loads = UNLOADED) -> Survey:
         """Return by which trial an effect of the model differs most from its alternative [deviations, negative]."""

@@ -291,9 +291,9 @@ class Identifier:
 
     def _draw(self, folder: Path) -> None:
         with self._going_on_without(f"no pictures, until `ros2 run cdp_ident report {folder}` can draw them"):
-            page = draw(folder, self.request.figures) or f"{folder / PAGE} shows it all"
+            draw(folder, self.request.figures)
             drawn_too = f"{folder / TEXT} and {FIGURES}/ are" if self.request.figures else f"{folder / TEXT} is"
-            self._say(f"{page}; {drawn_too} for version control and papers")
+            self._say(f"{folder / PAGE} shows it all; {drawn_too} for version control and papers")
 
     @contextmanager
     def _going_on_without(self, what: str) -> Iterator[None]:

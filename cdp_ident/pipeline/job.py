@@ -95,12 +95,7 @@ def run(
 ) -> Outcome:
     """Identify, and trace what the paper's model leaves to effects that it lacks.
 
-    Args:
-        loaded: the job.
-        stop: called after each generation of the search; it ends the search by returning why.
-        say: called with a line of text after each step of the tracing.
-        stop_tracing: asked repeatedly; true ends the tracing with the effects found so far.
-        trying: called with what the tracing tries next.
+    All but the job itself are called as those of `identify_and_trace`.
 
     Raises:
         IdentificationError: the trials do not suffice.

@@ -113,7 +113,7 @@ def _panel(advice: Section) -> Panel:
     return Panel(
         Axis("inner rod, from hanging [°]", ticks=_ticks(inner)),
         Axis("outer rod, from hanging [°]", ticks=_ticks(outer[::-1])),
-        [Heat([f"{angle:.0f}" for angle in inner], values.T[::-1], limits, 1 if advice["against"] else 0), chosen],
+        [Heat(values.T[::-1], limits, 1 if advice["against"] else 0), chosen],
         title,
         260,
     )

@@ -8,24 +8,14 @@ import shlex
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
+from cdp_ident.model.formulas.typesetting import Formula
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, PARAMETERS
 from cdp_ident.report.advice import advice_map, advice_words
 from cdp_ident.report.curves import Curves
 from cdp_ident.report.document import Chapter, Charts, Code, Document, Parts, Row, Sentences, Table
+from cdp_ident.report.figures import errors, motion, parameters, torques
 from cdp_ident.report.figures.description import Figure
-from cdp_ident.report.figures.errors import (
-    before_and_after,
-    best_error,
-    candidates,
-    prediction,
-    residual_correlation,
-    selection,
-)
-from cdp_ident.report.figures.motion import angles, continuous_runs
-from cdp_ident.report.figures.parameters import against_nominal, correlation, repeatability
-from cdp_ident.report.figures.torques import effects_through_residuals, missing_torques, nonparametric_torques
 from cdp_ident.report.schema import Section
-from cdp_ident.report.typesetting import Formula
 from cdp_ident.report.wording import (
     CERTAINTY_WORDS,
     action_words,
@@ -78,16 +68,15 @@ def document_of(report: Section, curves: Curves | None = None) -> Document:
     by_importance = sorted(effects, key=lambda effect: -effect["evidence"]["rmse_holdout_before_rad"])
     found = Sentences([effect["summary"] for effect in by_importance])
     numbers = Table("", ("", "", ""), list(_numbers(report)))
-    of_curves = (angles, continuous_runs, missing_torques, effects_through_residuals)
-    motion, runs, missing, through = (list(figures(report, curves)) if curves else [] for figures in of_curves)
-    paper = [*best_error(report), *runs]
-    torques = [*missing[1:], *through, *nonparametric_torques(report)]
+    of_curves = (motion.angles, motion.continuous_runs, torques.missing_torques, torques.effects_through_residuals)
+    angles, runs, missing, through = (list(figures(report, curves)) if curves else [] for figures in of_curves)
+    of_effects = [*missing[1:], *through, *torques.nonparametric_torques(report)]
     chapters = (
-        Chapter("result", "", (found, numbers, Charts([before_and_after(report), *missing[:1]]))),
-        Chapter("motion", "Angles over time", (Charts(motion),)),
+        Chapter("result", "", (found, numbers, Charts([errors.before_and_after(report), *missing[:1]]))),
+        Chapter("motion", "Angles over time", (Charts(angles),)),
         Chapter("validation", "Validation", _validation(report)),
-        Chapter("paper", "The paper's figures for this rig", (Charts(paper, side_by_side=True),)),
-        Chapter("effects", "Effects that the paper's model lacks", _effects(report, torques)),
+        Chapter("paper", "The paper's figures for this rig", (Charts([*errors.best_error(report), *runs], True),)),
+        Chapter("effects", "Effects that the paper's model lacks", _effects(report, of_effects)),
         Chapter("parameters", "Parameters", _parameters(report)),
         Chapter("next", "Which swing next", _next(report)),
         Chapter("warnings", "Warnings", (_warnings(report),)),
@@ -147,23 +136,26 @@ def _validation(report: Section) -> Parts:
         Table(
             f"Error, measured against simulated, over windows of {window:.3g} s",
             ("model", "fit [mrad]", "held out [mrad]", "Eq. (10), held out [rad²]", *fits),
-            [*((label, *_error(errors)) for label, errors in stages), ("the encoders' noise", noise, "", "", "", "")],
+            [
+                *((label, *_error(of_model)) for label, of_model in stages),
+                ("the encoders' noise", noise, "", "", "", ""),
+            ],
             wide=fits,
         ),
-        Charts([*prediction(report), residual_correlation(report)], side_by_side=True),
+        Charts([*errors.prediction(report), errors.residual_correlation(report)], side_by_side=True),
     )
 
 
-def _error(errors: Section) -> Iterator[str]:
+def _error(of_model: Section) -> Iterator[str]:
     """Yield the errors of a model as the columns of the table have them."""
     for role in ("fit", "holdout"):
-        yield milliradians(errors[role]["rmse_rad"])
-    yield f"{errors['holdout']['sse_free_run']:.4g}"
+        yield milliradians(of_model[role]["rmse_rad"])
+    yield f"{of_model['holdout']['sse_free_run']:.4g}"
     for role in ("fit", "holdout"):
-        yield " and ".join(per_cent(errors[role][f"fit_{angle}_percent"]) for angle in ("theta1", "theta2"))
+        yield " and ".join(per_cent(of_model[role][f"fit_{angle}_percent"]) for angle in ("theta1", "theta2"))
 
 
-def _effects(report: Section, torques: Sequence[Figure]) -> Parts:
+def _effects(report: Section, of_effects: Sequence[Figure]) -> Parts:
     steps = list(enumerate(report["selection"]["steps"], start=1))
     others = [
         f"Instead of {effect_title(effect)} it could be {_others(effect)}: the trials do not distinguish them"
@@ -193,7 +185,7 @@ def _effects(report: Section, torques: Sequence[Figure]) -> Parts:
             [(str(index), action_words(step), odds(step["log10_odds"])) for index, step in steps],
             at_terminal=False,
         ),
-        Charts([*selection(report), *candidates(report)]),
+        Charts([*errors.selection(report), *errors.candidates(report)]),
         Table(
             "What else was looked for",
             ("effect", "odds, were it added", "probability"),
@@ -214,7 +206,7 @@ def _effects(report: Section, torques: Sequence[Figure]) -> Parts:
             folded=True,
             at_terminal=False,
         ),
-        Charts(torques, side_by_side=True),
+        Charts(of_effects, side_by_side=True),
     )
 
 
@@ -226,8 +218,8 @@ def _others(effect: Section) -> str:
 def _parameters_of(effect: Section) -> Iterator[Row]:
     """Yield an effect's parameters, the first with what is said of the effect."""
     evidence = effect["evidence"]
-    errors = (evidence["rmse_holdout_before_rad"], evidence["rmse_holdout_after_rad"])
-    said = (" → ".join(map(milliradians, errors)), Formula(effect["formula"]), _others(effect) or "–")
+    held_out = (evidence["rmse_holdout_before_rad"], evidence["rmse_holdout_after_rad"])
+    said = (" → ".join(map(milliradians, held_out)), Formula(effect["formula"]), _others(effect) or "–")
     title, about = (
         effect_title(effect),
         [f"{CERTAINTY_WORDS[effect['certainty']]}, {chance(evidence['probability'])}", *said],
@@ -271,7 +263,10 @@ def _parameters(report: Section) -> Parts:
                 for group in (after["groups"] if trials else ())
             ],
         ),
-        Charts([against_nominal(report), *correlation(report), *repeatability(report)], side_by_side=True),
+        Charts(
+            [parameters.against_nominal(report), *parameters.correlation(report), *parameters.repeatability(report)],
+            side_by_side=True,
+        ),
     )
 
 

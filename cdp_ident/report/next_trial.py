@@ -141,12 +141,12 @@ def _sharper(question: Question, knowledge: Knowledge, names: tuple[str, ...], f
     scale = 1.0 / float(values[0]) ** 2 if inertia else 1.0
     told = {
         "names": [INERTIA.symbol] if inertia else names,
-        "std_now": scale * found.now,
-        "std_then": scale * found.then,
+        "std_now": scale * found.now.std,
+        "std_then": scale * found.then.std,
         "deviations_now": np.inf,
     }
-    if np.isfinite(found.size_now):
-        return _advice(question, found.survey, told, 1.0 / found.size_now)
+    if np.isfinite(found.now.size):
+        return _advice(question, found.survey, told, 1.0 / found.now.size)
     size = abs(float(values[0])) if len(names) == 1 else 0.0
     return _advice(question, found.survey, told, 1.0 / size if size else 0.0, _SHOWN)
 

@@ -2,33 +2,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """Draws reports for people: page, text and figures, from `report.json` and `curves.npz` alone."""
 
-from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
 
-from cdp_ident.errors import ReportError
 from cdp_ident.report.chapters import document_of
+from cdp_ident.report.curves import Curves
 from cdp_ident.report.curves_file import read_curves
 from cdp_ident.report.document import Document, markdown
-from cdp_ident.report.folder import (
-    COMPARISON_PAGE,
-    COMPARISON_TEXT,
-    CURVES,
-    FIGURES,
-    PAGE,
-    REPORT,
-    TEXT,
-    drawn_with,
-    write_files,
-)
+from cdp_ident.report.folder import CURVES, FIGURES, PAGE, REPORT, TEXT, drawn_with, write_files
 from cdp_ident.report.report_file import read_report
+from cdp_ident.report.schema import Section
 
 
-def draw(folder: Path, for_paper: bool = False) -> str:
+def draw(folder: Path, for_paper: bool = False) -> None:
     """Draw the report in a folder: page and text; only `for_paper` the figures as files, to which the text links then.
 
-    Page and figures that were drawn there before go. Returns why there is no page, where there is none: the library
-    that draws it may be missing.
+    Page and figures that were drawn there before go.
 
     Raises:
         ReportError: there is no complete report in it.
@@ -36,42 +24,29 @@ def draw(folder: Path, for_paper: bool = False) -> str:
     """
     report = read_report(folder / REPORT)
     curves = read_curves(folder / CURVES, len(report["trials"]), len(report["effects"]))
-    document = document_of(report, curves)
-    return _draw(folder, document, (PAGE, TEXT), for_paper, drawn_with(folder), True, report, curves)
+    files = files_of(document_of(report, curves), PAGE, TEXT, for_paper, report, curves)
+    write_files(folder, files, (PAGE, *drawn_with(folder)))
 
 
-def draw_comparison(folder: Path, document: Document, force: bool) -> str:
-    """Draw a comparison into a folder: page, text and figures; return why there is no page, where there is none.
-
-    Raises:
-        OptionError: the folder cannot be written, or has such files without `force`.
-    """
-    return _draw(folder, document, (COMPARISON_PAGE, COMPARISON_TEXT), True, (), force)
-
-
-def _draw(
-    folder: Path,
+def files_of(
     document: Document,
-    names: tuple[str, str],
+    page: str,
+    text: str,
     for_paper: bool,
-    before: Iterable[str],
-    force: bool,
-    *of_report: Any,
-) -> str:
+    report: Section | None = None,
+    curves: Curves | None = None,
+) -> dict[str, str | bytes]:
+    """Return the files of a document by their names: its page, its text and, only `for_paper`, its figures.
+
+    The page of a `report` has what moves, too.
+    """
     # Only who draws waits for what draws to be loaded.
     from cdp_ident.report.page import page_of  # noqa: PLC0415
 
-    page, text = names
-    files: dict[str, str | bytes] = {text: markdown(document, for_paper)}
+    files: dict[str, str | bytes] = {page: page_of(document, report, curves), text: markdown(document, for_paper)}
     if for_paper:
         from cdp_ident.report.figures.for_paper import png_and_svg  # noqa: PLC0415
 
         for figure in document.figures:
             files[f"{FIGURES}/{figure.name}.png"], files[f"{FIGURES}/{figure.name}.svg"] = png_and_svg(figure)
-    problem = ""
-    try:
-        files = {page: page_of(document, *of_report), **files}
-    except ReportError as error:
-        problem = str(error)
-    write_files(folder, files, (page, *before), force)
-    return problem
+    return files

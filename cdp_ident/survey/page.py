@@ -20,11 +20,7 @@ _SPREAD = 0.5
 
 
 def survey_html(survey: Section) -> str:
-    """Return `survey.html`.
-
-    Raises:
-        ReportError: plotly is not installed.
-    """
+    """Return `survey.html`."""
     names = ", ".join(rig["name"] for rig in survey["rigs"])
     about = f"Cart double pendulum, rigs surveyed by {survey['by']}"
     return page_of(Document(about, names, verdict(survey), (chapter(survey, figures(survey)),)))

@@ -3,7 +3,7 @@
 """Which rig differs from the others."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -25,7 +25,12 @@ class Difference:
     """The others' mean."""
     std: float
     """Of the difference of the two."""
-    p_value: float
+    p_value: float = 1.0
+
+    @property
+    def deviations(self) -> float:
+        """The difference, in standard deviations."""
+        return abs(self.value - self.others_value) / self.std if self.std > 0.0 else 0.0
 
 
 def differing(series: Mapping[str, tuple[Array, Array]], level: float, tests: int = 1) -> list[Difference]:
@@ -52,18 +57,14 @@ def differing(series: Mapping[str, tuple[Array, Array]], level: float, tests: in
     found = []
     while len(left) > 1:
         compared = [_against_others(rig, left, means, weights, scatter) for rig in left]
-        farthest = max(reversed(compared), key=lambda difference: abs(_deviations(difference)))
+        farthest = max(reversed(compared), key=lambda difference: difference.deviations)
         pairs = len(left) if len(left) > 2 else 1
-        p_value = min(1.0, 2.0 * float(stdtr(freedom, -abs(_deviations(farthest)))) * pairs * tests)
+        p_value = min(1.0, 2.0 * float(stdtr(freedom, -farthest.deviations)) * pairs * tests)
         if p_value >= level:
             break
-        found.append(Difference(*farthest, p_value))
-        del left[farthest[0]]
+        found.append(replace(farthest, p_value=p_value))
+        del left[farthest.rig]
     return found
-
-
-_Compared = tuple[str, tuple[str, ...], float, float, float]
-"""The members of a `Difference` without its p-value."""
 
 
 def _against_others(
@@ -72,14 +73,9 @@ def _against_others(
     means: Mapping[str, float],
     weights: Mapping[str, Array],
     scatter: float,
-) -> _Compared:
+) -> Difference:
     others = tuple(other for other in left if other != rig)
     together = [float(weights[other].sum()) for other in others]
     value = float(np.average([means[other] for other in others], weights=together))
     std = float(np.sqrt(scatter * (1.0 / weights[rig].sum() + 1.0 / sum(together))))
-    return rig, others, means[rig], value, std
-
-
-def _deviations(compared: _Compared) -> float:
-    _, _, value, others, std = compared
-    return (value - others) / std if std > 0.0 else 0.0
+    return Difference(rig, others, means[rig], value, std)

@@ -19,15 +19,6 @@ def folder(report_folder, tmp_path):
     return tmp_path
 
 
-def refusal(folder, capsys):
-    assert main([str(folder)]) == 2
-    out, err = capsys.readouterr()
-    assert not out
-    assert err.count("\n") == 1
-    assert not (folder / PAGE).exists()
-    return err
-
-
 @pytest.mark.parametrize("options", [(), pytest.param(("--figures",), marks=pytest.mark.campaign)])
 def test_drawn_again_of_numbers_and_curves_it_is_the_same_to_the_byte_and_old_figures_go(
     folder, report_folder, capsys, options
@@ -59,30 +50,41 @@ def test_curves_without_a_usable_number_are_drawn_as_far_as_they_go(folder, valu
     assert main([str(folder), "--figures"]) == 0
 
 
-def test_a_folder_that_is_not_there_is_one_line(tmp_path, capsys):
-    assert "there is no" in refusal(tmp_path / "nowhere", capsys)
+def changed(**values):
+    """Return what changes a report in a folder."""
+
+    def change(folder):
+        content = json.loads((folder / REPORT).read_text())
+        (folder / REPORT).write_text(json.dumps(content | values))
+
+    return change
 
 
-@pytest.mark.parametrize("name", [REPORT, CURVES])
-def test_a_missing_file_is_one_line(folder, capsys, name):
-    (folder / name).unlink()
-    assert f"there is no {folder / name}" in refusal(folder, capsys)
+def without(name):
+    return lambda folder: (folder / name).unlink()
 
 
-@pytest.mark.parametrize("name", [REPORT, CURVES])
-def test_a_broken_file_is_one_line(folder, capsys, name):
-    (folder / name).write_bytes((folder / name).read_bytes()[:5000])
-    assert "cannot be read" in refusal(folder, capsys)
+def broken(name):
+    return lambda folder: (folder / name).write_bytes((folder / name).read_bytes()[:5000])
 
 
-def test_another_schema_is_one_line(folder, capsys):
-    content = json.loads((folder / REPORT).read_text()) | {"schema": "cdp_ident/report/0"}
-    (folder / REPORT).write_text(json.dumps(content))
-    assert "'cdp_ident/report/0', not 'cdp_ident/report/1'" in refusal(folder, capsys)
-
-
-def test_curves_of_another_run_are_one_line(folder, capsys):
-    content = json.loads((folder / REPORT).read_text())
-    content["effects"] = []
-    (folder / REPORT).write_text(json.dumps(content))
-    assert "does not fit its report.json" in refusal(folder, capsys)
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        (shutil.rmtree, "there is no {}/report.json"),
+        (without(REPORT), "there is no {}/report.json"),
+        (without(CURVES), "there is no {}/curves.npz"),
+        (broken(REPORT), "{}/report.json cannot be read"),
+        (broken(CURVES), "{}/curves.npz cannot be read"),
+        (changed(schema="cdp_ident/report/0"), "'cdp_ident/report/0', not 'cdp_ident/report/1'"),
+        (changed(effects=[]), "does not fit its report.json"),
+    ],
+)
+def test_what_is_no_whole_report_is_refused_in_one_line(folder, capsys, spoil, words):
+    spoil(folder)
+    assert main([str(folder)]) == 2
+    out, err = capsys.readouterr()
+    assert not out
+    assert err.count("\n") == 1
+    assert words.format(folder) in err
+    assert not (folder / PAGE).exists()

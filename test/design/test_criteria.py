@@ -5,27 +5,25 @@
 import numpy as np
 import pytest
 
-from cdp_ident.design.criteria import Criterion, covariance_of
+from cdp_ident.design.criteria import Uncertainty, covariance_of
 from scenarios.next_swing import ALL_GROUPS
 
 
 def test_one_value_is_as_uncertain_as_its_standard_deviation(known):
-    criterion = Criterion(("c1_over_A22",))
+    found = Uncertainty.of(known, ("c1_over_A22",), known.rows)
     std = np.sqrt(known.covariance[3, 3])
-    assert criterion.size(known, known.rows) == pytest.approx(std)
-    assert criterion.standard_deviations(known, known.rows) == pytest.approx([std])
+    assert (found.std, found.size) == (pytest.approx([std]), pytest.approx(std))
 
 
 def test_several_are_as_uncertain_as_the_determinant_of_their_covariance_says(known):
     names = ("A23_over_A22", "c1_over_A22")
     part = known.covariance[np.ix_([0, 3], [0, 3])]
-    assert Criterion(names).size(known, known.rows) == pytest.approx(np.linalg.det(part) ** (1 / 4))
+    assert Uncertainty.of(known, names, known.rows).size == pytest.approx(np.linalg.det(part) ** (1 / 4))
 
 
 def test_four_times_the_information_halves_it(known):
-    criterion = Criterion(ALL_GROUPS)
-    now = criterion.size(known, known.rows)
-    assert criterion.size(known, 2 * known.rows) == pytest.approx(now / 2)
+    now = Uncertainty.of(known, ALL_GROUPS, known.rows).size
+    assert Uncertainty.of(known, ALL_GROUPS, 2 * known.rows).size == pytest.approx(now / 2)
 
 
 def test_what_is_not_seen_is_infinitely_uncertain_and_the_rest_is_not():

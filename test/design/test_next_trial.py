@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cdp_ident.design.criteria import Criterion
+from cdp_ident.design.criteria import Uncertainty
 from cdp_ident.design.next_trial import NextTrial
 from cdp_ident.design.starts import Grid
 from cdp_ident.model.weights import Weight
@@ -26,7 +26,7 @@ def trials(first):
 
 
 def size(swings, names):
-    return Criterion(names).size(swings.knowledge, swings.knowledge.rows)
+    return Uncertainty.of(swings.knowledge, names, swings.knowledge.rows).size
 
 
 def exactly_there(survey):
@@ -42,12 +42,12 @@ def exactly_there(survey):
 def test_a_trial_as_advised_brings_what_was_foretold_and_more_than_most_random_starts(first, trials, names):
     rng = np.random.default_rng(6)
     found = trials.sharpest(names)
-    assert found.now == pytest.approx(first.standard_deviations(names), rel=1e-3)
-    assert found.size_now == pytest.approx(size(first, names), rel=1e-3)
+    assert found.now.std == pytest.approx(first.standard_deviations(names), rel=1e-3)
+    assert found.now.size == pytest.approx(size(first, names), rel=1e-3)
     trial = found.survey.trial
     brought = size(first.with_one_more(swing(trial.theta1, trial.theta2, rng)), names)
     assert brought == pytest.approx(exactly_there(found.survey), rel=0.3)
-    assert found.survey.expected < 0.5 * found.size_now
+    assert found.survey.expected < 0.5 * found.now.size
     random = [size(first.with_one_more(swing(*rng.uniform(0, 2 * np.pi, 2), rng)), names) for _ in range(5)]
     assert brought < np.median(random)
 
@@ -65,7 +65,7 @@ def test_a_trial_with_a_weight_brings_the_interval_of_the_inertia_that_was_foret
     rng = np.random.default_rng(8)
     knowledge = first.knowledge.with_weights([weight])
     found = NextTrial(knowledge, Grid.of(60.0)).sharpest(("one_over_A22",), ((weight,),))
-    assert np.all(np.isinf(found.now))
+    assert np.all(np.isinf(found.now.std))
     trial = found.survey.trial
     assert trial.weights == (weight,)
     both = first.with_one_more(swing(trial.theta1, trial.theta2, rng, weight=weight))
@@ -97,8 +97,8 @@ def test_a_weight_that_brings_hardly_more_is_not_advised(first):
 
 def test_the_standard_deviations_then_are_those_of_the_values_asked_for(trials):
     found = trials.sharpest(ALL_GROUPS)
-    assert found.then.shape == (5,)
-    assert np.all(found.then < found.now)
+    assert found.then.std.shape == (5,)
+    assert np.all(found.then.std < found.now.std)
 
 
 def test_who_asks_for_one_value_gets_the_start_that_is_best_for_it(trials):

@@ -6,13 +6,11 @@ import io
 import os
 import shutil
 import signal
-import sys
 
 import pytest
 import yaml
 from rich.console import Console
 
-from cdp_ident.commands.report import main as draw_again
 from cdp_ident.nodes.identify import main
 from cdp_ident.pipeline import identifier as module
 from cdp_ident.pipeline.identifier import Identifier, Request
@@ -22,19 +20,6 @@ from cdp_ident.report.folder import CURVES, FIGURES, FITTED, PAGE, REPORT, TEXT
 from scenarios.clean_bags import write_clean_bags
 
 pytestmark = pytest.mark.long
-
-
-def test_without_plotly_everything_but_the_page_is_drawn_and_that_is_drawn_later(tmp_path, capsys, monkeypatch):
-    write_clean_bags(tmp_path, swing=6.0)
-    out = tmp_path / "out"
-    with monkeypatch.context() as without:
-        without.setitem(sys.modules, "plotly.offline", None)
-        assert main(["--bag", str(tmp_path / "swing_wide"), "--out", str(out), "--once", "--figures"]) == 0
-    said = capsys.readouterr().out
-    assert "there is no page without plotly: pip install plotly" in said
-    assert {path.name for path in out.iterdir()} == {REPORT, FITTED, CURVES, TEXT, FIGURES}
-    assert draw_again([str(out)]) == 0
-    assert (out / PAGE).exists()
 
 
 def test_what_cannot_be_written_is_printed_all_the_same(tmp_path, capsys):
@@ -89,9 +74,9 @@ def test_of_two_that_write_into_one_folder_both_results_are_kept(tmp_path, capsy
         return run(loaded, lambda progress: "enough")
 
     monkeypatch.setattr(module, "run", meanwhile)
-    assert main(["--bag", str(tmp_path / "swing_wide"), "--out", str(out), "--once"]) == 0
+    assert main(["--bag", str(tmp_path / "swing_wide"), "--out", str(out), "--once", "--figures"]) == 0
     assert (out / REPORT).read_text() == "of the other one"
-    assert {REPORT, FITTED, CURVES, PAGE} <= {path.name for path in (tmp_path / "out_2").iterdir()}
+    assert {path.name for path in (tmp_path / "out_2").iterdir()} == {REPORT, FITTED, CURVES, PAGE, TEXT, FIGURES}
     assert f"has written into {out} meanwhile: this one goes into {out}_2" in capsys.readouterr().out
 
 

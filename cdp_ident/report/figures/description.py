@@ -78,8 +78,6 @@ class Intervals:
 class Heat:
     """A field of numbers, coloured between two limits; halfway between them it has the ground's colour."""
 
-    names: Sequence[str]
-    """Of the columns."""
     matrix: Array
     limits: tuple[float, float] = (-1.0, 1.0)
     digits: int = 2
@@ -88,7 +86,7 @@ class Heat:
     @property
     def written(self) -> bool:
         """Whether there is room for the numbers themselves."""
-        return len(self.names) <= _MOST_WRITTEN
+        return self.matrix.shape[1] <= _MOST_WRITTEN
 
 
 @dataclass(frozen=True)

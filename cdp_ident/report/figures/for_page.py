@@ -1,9 +1,9 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Draws figures for a page: as plotly.js takes them, but for arrays and colours, which the page puts in.
+"""Draws figures for a page: as plotly.js takes them, but for arrays, colours and style, which the page puts in.
 
 An array stands as `{"array": name}` and is kept once however many figures show it; a colour stands as
-`{"colour": name}`, because it depends on the theme.
+`{"colour": name}`, because it depends on the theme. What all figures have alike is in `templates/charts.js`.
 """
 
 import base64
@@ -50,20 +50,11 @@ def plotly_figure(figure: Figure, arrays: Arrays) -> Json:
     last = len(figure.panels) - 1
     bottoms = [0.0 if figure.shared_x and index < last else _BOTTOM for index in range(last + 1)]
     inside = sum(tops[1:]) + sum(bottoms[:-1]) + sum(panel.height for panel in figure.panels)
-    ink, clear, data = _colour("ink"), "rgba(0,0,0,0)", list[Json]()
+    data = list[Json]()
     layout: Json = {
         "height": inside + tops[0] + bottoms[-1],
-        "margin": {"l": 52, "r": 14, "t": tops[0], "b": bottoms[-1], "pad": 0},
-        "showlegend": False,
+        "margin": {"t": tops[0], "b": bottoms[-1]},
         "hovermode": "x unified" if figure.shared_x else "closest",
-        "hoversubplots": "axis",
-        "hoverlabel": {"bgcolor": _colour("surface"), "bordercolor": _colour("grid"), "font": {"color": ink}},
-        "modebar": {"bgcolor": clear, "color": _colour("quiet"), "activecolor": ink},
-        "barmode": "overlay",
-        "paper_bgcolor": clear,
-        "plot_bgcolor": clear,
-        "font": {"color": ink, "size": 12, "family": "system-ui, sans-serif"},
-        "uirevision": "kept",
         "shapes": [],
         "annotations": [],
     }
@@ -77,9 +68,12 @@ def plotly_figure(figure: Figure, arrays: Arrays) -> Json:
         layout[f"yaxis{suffix}"] = {**_axis(panel.y, "y"), "domain": [low, high], "anchor": x}
         if not figure.shared_x or index == last:
             layout[f"xaxis{x[1:]}"] = {**_axis(panel.x, "x"), "anchor": y}
-        layout["shapes"] += [_span(begin, end, x, y) for begin, end in panel.held_out]
+        layout["shapes"] += [
+            {"xref": x, "yref": f"{y} domain", "x0": begin, "x1": end, "y0": 0, "y1": 1}
+            for begin, end in panel.held_out
+        ]
         if titles[index]:
-            layout["annotations"].append(_title(titles[index], high))
+            layout["annotations"].append({"text": f"<b>{_literal(titles[index])}</b>", "x": 0, "y": high})
         top -= panel.height + bottoms[index]
     return {"data": data, "layout": layout}
 
@@ -115,12 +109,9 @@ def _trace(mark: Mark, panel: Panel, arrays: Arrays) -> Json:
         }  # fmt: skip
     if isinstance(mark, Bars):
         return trace | {
-            "type": "bar", "orientation": "h", "x": _finite(mark.lengths), "y": list(mark.positions),
-            "width": mark.thickness, "marker": {"color": _colour(mark.colour)},
-            "text": [_literal(words) for words in mark.words], "textposition": "auto", "insidetextanchor": "end",
-            "textangle": 0, "constraintext": "none",
+            "type": "bar", "x": _finite(mark.lengths), "y": list(mark.positions), "width": mark.thickness,
+            "marker": {"color": _colour(mark.colour)}, "text": [_literal(words) for words in mark.words],
             "insidetextfont": {"color": _colour("ink" if mark.colour == "noise" else "surface")},
-            "hovertemplate": "%{text}",
         }  # fmt: skip
     if isinstance(mark, Level):
         return trace | {
@@ -158,20 +149,14 @@ def _heat(mark: Heat) -> Json:
     low, high = mark.limits
     rows = [[round(float(v), mark.digits) if math.isfinite(v) else None for v in row] for row in mark.matrix]
     return {
-        "type": "heatmap", "x": columns_of, "y": rows_of, "z": rows, "zmin": low, "zmax": high, "showscale": False,
-        "colorscale": [[0, _colour("after")], [0.5, _colour("surface")], [1, _colour("before")]],
+        "type": "heatmap", "x": columns_of, "y": rows_of, "z": rows, "zmin": low, "zmax": high,
         "texttemplate": f"%{{z:.{mark.digits}f}}" if mark.written else "",
         "hovertemplate": f"%{{z:.{mark.digits}f}}<extra></extra>",
-        "xgap": 2, "ygap": 2,
     }  # fmt: skip
 
 
 def _axis(axis: Axis, which: str) -> Json:
-    drawn: Json = {
-        "title": {"text": _literal(axis.label), "standoff": 8, "font": {"size": 12}},
-        "gridcolor": _colour("grid"), "linecolor": _colour("noise"), "zerolinecolor": _colour("noise"),
-        "tickfont": {"size": 11, "color": _colour("quiet")}, "automargin": True,
-    }  # fmt: skip
+    drawn: Json = {"title": {"text": _literal(axis.label)}}
     if axis.logarithmic:
         drawn |= {"type": "log", "dtick": 1}
     if axis.limits:
@@ -180,21 +165,7 @@ def _axis(axis: Axis, which: str) -> Json:
         places, names = zip(*axis.ticks, strict=True)
         drawn |= {
             "tickvals": list(places), "ticktext": [*map(_literal, names)], "zeroline": False,
-            "range": sorted(axis.ends, reverse=which == "y"), "tickfont": {"size": 11, "color": _colour("ink")},
-            "tickangle": 0, "showgrid": False,
+            "range": sorted(axis.ends, reverse=which == "y"), "tickfont": {"color": _colour("ink")}, "tickangle": 0,
+            "showgrid": False,
         }  # fmt: skip
     return drawn
-
-
-def _span(begin: float, end: float, x: str, y: str) -> Json:
-    return {
-        "type": "rect", "layer": "below", "xref": x, "yref": f"{y} domain", "x0": begin, "x1": end, "y0": 0, "y1": 1,
-        "fillcolor": _colour("held_out"), "line": {"width": 0},
-    }  # fmt: skip
-
-
-def _title(title: str, top: float) -> Json:
-    return {
-        "text": f"<b>{_literal(title)}</b>", "x": 0, "y": top, "xref": "paper", "yref": "paper",
-        "xanchor": "left", "yanchor": "bottom", "yshift": 4, "align": "left", "showarrow": False, "font": {"size": 12},
-    }  # fmt: skip

@@ -12,8 +12,8 @@ from cdp_ident.report.figures.description import Axis, Figure, Line, Panel
 from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import Model, models, role_words
 
-MOST_SAMPLES = 20_000
-"""Of all trials together: a page with more opens slowly. Of longer trials every second, third … sample is shown."""
+MOST_SAMPLES = 10_000
+"""Of all trials together: a page with more has over 2 MB. Of longer trials every second, third … sample is shown."""
 _ANGLES = ("θ1", "θ2")
 TIME = Axis("time since the rods swing freely [s]")
 

@@ -89,7 +89,7 @@ def correlation(report: Section) -> Iterator[Figure]:
         "Of the final model: near 1 or -1, the errors of two estimates go together, and the trials hardly distinguish "
         "the two.",
         f"Strongest correlations: {said or 'none'}.",
-        [Panel(numbers, beside_names, [Heat(names, matrix)], height=40.0 + 36.0 * len(names))],
+        [Panel(numbers, beside_names, [Heat(matrix)], height=40.0 + 36.0 * len(names))],
     )
 
 

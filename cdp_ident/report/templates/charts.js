@@ -14,12 +14,42 @@
   const phone = matchMedia("(max-width: 30rem)");
   const touched = matchMedia("(pointer: coarse)");
   let printing = false;
+  const colours = () => page.themes[dark.matches && !printing ? "dark" : "light"];
   const complete = (value) => {
     if (Array.isArray(value)) return value.map(complete);
     if (value === null || typeof value !== "object") return value;
     if ("array" in value && typeof value.array === "string") return array(value.array);
-    if ("colour" in value) return page.themes[dark.matches && !printing ? "dark" : "light"][value.colour];
+    if ("colour" in value) return colours()[value.colour];
     return Object.fromEntries(Object.entries(value).map(([key, inside]) => [key, complete(inside)]));
+  };
+
+  // What all charts have alike.
+  const template = () => {
+    const [colour, clear] = [colours(), "rgba(0,0,0,0)"];
+    const axis = {
+      gridcolor: colour.grid, linecolor: colour.noise, showline: true, zerolinecolor: colour.noise, automargin: true,
+      title: { standoff: 8, font: { size: 12 } }, tickfont: { size: 11, color: colour.quiet },
+    };
+    const layout = {
+      xaxis: axis, yaxis: axis, margin: { l: 52, r: 14, pad: 0 }, showlegend: false, barmode: "overlay",
+      hoversubplots: "axis", paper_bgcolor: clear, plot_bgcolor: clear,
+      font: { color: colour.ink, size: 12, family: "system-ui, sans-serif" },
+      hoverlabel: { bgcolor: colour.surface, bordercolor: colour.grid, font: { color: colour.ink } },
+      modebar: { bgcolor: clear, color: colour.quiet, activecolor: colour.ink },
+      shapedefaults: { type: "rect", layer: "below", fillcolor: colour.held_out, line: { width: 0 } },
+      annotationdefaults: {
+        xref: "paper", yref: "paper", xanchor: "left", yanchor: "bottom", yshift: 4, align: "left", showarrow: false,
+        font: { size: 12 },
+      },
+    };
+    const bar = {
+      orientation: "h", textposition: "auto", insidetextanchor: "end", textangle: 0, constraintext: "none",
+      hovertemplate: "%{text}",
+    };
+    const heatmap = {
+      showscale: false, xgap: 2, ygap: 2, colorscale: [[0, colour.after], [0.5, colour.surface], [1, colour.before]],
+    };
+    return { layout, data: { bar: [bar], heatmap: [heatmap] } };
   };
 
   window.reportPlayer = complete(page.player);
@@ -29,7 +59,7 @@
     const figure = page.figures[plot.dataset.figure];
     const off = hidden.get(plot) ?? new Set();
     const data = complete(figure.data).map((trace) => ({ ...trace, visible: !off.has(trace.meta) }));
-    const layout = complete(figure.layout);
+    const layout = { ...complete(figure.layout), template: template(), uirevision: "kept" };
     // On a touch screen a drag over a chart scrolls the page, and the buttons to zoom with stand above it.
     layout.dragmode = touched.matches ? false : "zoom";
     if (touched.matches) {

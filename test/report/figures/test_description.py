@@ -34,4 +34,4 @@ def test_the_legend_has_each_name_once_with_colour_and_kind():
 
 
 def test_a_square_of_numbers_needs_no_legend():
-    assert Figure("f", "", "", "", [Panel(Axis(), Axis(), [Heat(["a"], np.eye(1))])]).legend() == []
+    assert Figure("f", "", "", "", [Panel(Axis(), Axis(), [Heat(np.eye(1))])]).legend() == []
