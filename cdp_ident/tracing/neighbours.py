@@ -18,6 +18,7 @@ from cdp_ident.model.effects.effect import JOINTS, Effect, exclude_each_other
 from cdp_ident.model.formulas.language import COEFFICIENTS
 from cdp_ident.model.formulas.syntax import evaluated
 from cdp_ident.model.layout import ROOM
+from cdp_ident.tracing.missing_torque import MissingTorque
 from cdp_ident.tracing.odds import ambiguity, unlikelihood
 
 Array = npt.NDArray[np.float64]
@@ -190,8 +191,7 @@ def extended_models(found: WholeSwings) -> Iterator[list[list[Neighbour]]]:
     if not np.any(found.leaves_more | (found.noise.kept > 0.0)):
         return
     for index, active in enumerate(found.model.effects):
-        # What acts in one trial has no states: all trials have those of the model.
-        forms = [form for form in _extended([active.effect]) if active.trial is None or not form.states]
+        forms = [] if active.is_difference else _extended([active.effect])
         if not forms:
             continue
         yield [
@@ -206,10 +206,19 @@ def extended_models(found: WholeSwings) -> Iterator[list[list[Neighbour]]]:
 def hidden_by_torques(found: WholeSwings) -> Iterator[Neighbour]:
     """Yield models with an effect that unknown torques, or autocorrelated noise, follow as well as it would.
 
-    Its score says too little. Such are play in a coupling, which shows by jumps, and where the base moves one that has
-    a mode of its own, which near no strength is not seen unless its frequency is right.
+    Its score says too little. Such are play in a coupling, which shows by jumps; where the base moves one that has a
+    mode of its own, which near no strength is not seen unless its frequency is right; and dry friction that holds a
+    joint most of the time, as near no strength it does not hold it.
     """
+    torque = np.sqrt(np.mean(MissingTorque.of(found).torque ** 2, axis=0))
     for effect in known_effects():
+        if (
+            effect.dry
+            and not effect.contains
+            and len(effect.parameters) == 1
+            and torque[JOINTS.index(effect.joint)] > 0.0
+        ):
+            yield _with(found, ActiveEffect(effect), torque[[JOINTS.index(effect.joint)]])
         jumps = effect.states and effect.known_at_zero and not effect.moves
         if jumps or (effect.swings and found.base_moves):
             for values in _beginnings(found, {}, effect, 1):
