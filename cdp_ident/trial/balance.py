@@ -19,10 +19,8 @@ from cdp_ident.trial.kinematics import CUBIC_AT_CENTRE, local_motion
 from cdp_ident.trial.scales import Scales, sampling_step
 from cdp_ident.trial.weak_form import WINDOW, Functions, Motion, integrated
 
-COLUMNS = ("A23", "A33", "c1", "c2", "G1", "G2", "k1", "k2", "D", "E12", "E1", "E2")
+COLUMNS = ("A23", "A33", "c1", "c2", "G1", "G2", "k1", "k2", "D", "E12", "E1", "E2", "M1", "M2")
 """The lumped numbers in their order."""
-MOTORS = ("M1", "M2")
-"""What the torques of motors in the joints are multiplied by."""
 _STICKS = 0.5
 """A joint sticks where the direction of its friction is uncertain by more than this share."""
 _NOISE_SAMPLES = 2000
@@ -33,7 +31,7 @@ class Windows(Rows):
     """The balance of forces in windows of a motion."""
 
     coefficients: Array
-    """(k, 2, 12) of the lumped numbers, in the order of `COLUMNS`."""
+    """(k, 2, 14) of the lumped numbers, in the order of `COLUMNS`."""
     target: Array
     """(k, 2) right-hand side [rad/s^2]."""
     slack: Array
@@ -75,19 +73,7 @@ def motion_on_grid(
 def windows(motion: Motion) -> Windows:
     """Return the balance of each window of WINDOW grid points that fits into a motion given in theta1 and theta2."""
     balance, slack = integrated(motion, NOMINAL["g"], ("A22", *COLUMNS))
-    if motion.torques is not None:
-        balance = _without(integrated(motion, NOMINAL["g"], MOTORS)[0], balance)
     return Windows(balance[..., 1:], -balance[..., 0], slack, np.tile(motion.noise, (len(balance), 1)))
-
-
-def _without(torques: Array, balance: Array) -> Array:
-    """Return the balance (k, 2, columns) without what motors' torques (k, 2, 2) explain, whatever their gains are.
-
-    What else is fitted to it is as if the gains were fitted, too (Frisch and Waugh, Econometrica 1, 1933).
-    """
-    basis, _ = np.linalg.qr(torques.reshape(-1, 2))
-    rows = balance.reshape(len(basis), -1)
-    return np.asarray((rows - basis @ (basis.T @ rows)).reshape(balance.shape))
 
 
 def residual(balance: Windows, values: Array) -> Array:
