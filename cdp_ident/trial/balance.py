@@ -24,6 +24,7 @@ COLUMNS = ("A23", "A33", "c1", "c2", "G1", "G2", "k1", "k2", "D", "E12", "E1", "
 _STICKS = 0.5
 """A joint sticks where the direction of its friction is uncertain by more than this share."""
 _NOISE_SAMPLES = 2000
+_LEAST_GRAVITY = 0.1
 
 
 @dataclass(frozen=True)
@@ -81,22 +82,27 @@ def residual(balance: Windows, values: Array) -> Array:
     return np.asarray((balance.coefficients.reshape(-1, len(COLUMNS)) @ values).reshape(-1, 2) - balance.target)
 
 
-def torques(balance: Windows, values: Array, smallest_gravity: float = 0.1) -> Array:
+def torques(balance: Windows, values: Array) -> Array:
     """Return the torque that is unexplained in each window (k,), as a share of gravity's largest on the same rod.
 
     Friction in a slow joint does not count: up to the joint's dry friction or, where both rods turn as one, of any
-    size, as no hand acts from one rod on the other. A rod whose gravity torque is less than `smallest_gravity` times
-    the other's is measured against that.
+    size, as no hand acts from one rod on the other. A rod whose gravity torque is less than a tenth of the other's is
+    measured against that.
     """
     on_inner, on_outer = residual(balance, values).T
-    gravity = np.abs(values[4:6])
-    gravity = np.maximum(gravity, max(smallest_gravity * gravity.max(), 1e-12))
+    gravity = largest_gravity(values)
     held1, held2 = (balance.slack * np.abs(values[6:8])).T
     held2 = np.where(balance.slack[:, 1] > _STICKS, np.maximum(held2, gravity[1]), held2)
     by_outer_joint = np.clip(-on_outer, -held2, held2)
     on_outer, on_inner = on_outer + by_outer_joint, on_inner - by_outer_joint
     on_inner = on_inner + np.clip(-on_inner, -held1, held1)
     return np.asarray(np.maximum(np.abs(on_inner) / gravity[0], np.abs(on_outer) / gravity[1]))
+
+
+def largest_gravity(values: Array) -> Array:
+    """Return gravity's largest torque on each rod (2,), for a rod that hardly has any a tenth of the other's."""
+    gravity = np.abs(values[4:6])
+    return np.asarray(np.maximum(gravity, max(_LEAST_GRAVITY * gravity.max(), 1e-12)))
 
 
 def _noise(time: Array, angles: Array, scales: Scales) -> Array:

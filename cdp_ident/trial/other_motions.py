@@ -14,7 +14,7 @@ import numpy as np
 
 from cdp_ident.arrays import Array, Mask
 from cdp_ident.model.effects.effect import JOINTS
-from cdp_ident.trial.balance import joined
+from cdp_ident.trial.balance import joined, largest_gravity
 from cdp_ident.trial.lumped import DRIVEN, FREE, Lumped, explained
 from cdp_ident.trial.meaning import GOOD, MUCH_BETTER, Balance, Recorded, balance_of, in_model_angles
 from cdp_ident.trial.options import TrialOptions
@@ -126,6 +126,6 @@ def driven(recorded: Recorded, options: TrialOptions) -> tuple[list[Mask], Array
     (_, without), (values, left) = (explained(windows, columns) for columns in (FREE, DRIVEN))
     if without <= GOOD**2 or left > MUCH_BETTER * without:
         return nowhere, np.zeros(2)
-    gravity, gains = np.maximum(np.abs(values[4:6]), 0.1 * np.abs(values[4:6]).max()), values[-2:]
-    shares = [np.abs(torque * gains) / gravity for torque in torques]
+    gains = values[-2:]
+    shares = [np.abs(torque * gains) / largest_gravity(values) for torque in torques]
     return [np.asarray(np.any(share > options.hand_torque, axis=1)) for share in shares], gains
