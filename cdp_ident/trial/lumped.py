@@ -147,10 +147,9 @@ def gravity_directions(balance: Windows, trusted: Mask) -> Array:
     (k,), twice, the second time without outliers.
     """
     balance = balance[trusted]
-    columns = (*DRIVEN, *_OFFSETS)
-    values = _least_squares(_Sums.of(balance), columns)
+    values, _ = explained(balance, (*DRIVEN, *_OFFSETS))
     squares = _squares(balance, values)
-    values = _least_squares(_Sums.of(balance[squares <= _OUTLIER * np.median(squares)]), columns)
+    values, _ = explained(balance[squares <= _OUTLIER * np.median(squares)], (*DRIVEN, *_OFFSETS))
     return np.arctan2(values[[10, 11]], values[[4, 5]])
 
 
