@@ -81,11 +81,11 @@ def cut_at_gaps(cleaned: Cleaned, longest_gap: float) -> tuple[list[Piece], list
     if np.any(short):
         notes.append(f"{np.count_nonzero(short)} gaps of up to {gaps[short].max() * 1e3:.0f} ms are kept as they are")
     set_back = -1e-9 * np.diff(samples.stamps[kept])
-    for places, what, sizes in (
-        (long, "a gap of {:.3f} s", gaps),
-        (steps, "the clock was set back by {:.3f} s", set_back),
+    for places, sizes, words in (
+        (long, gaps, "a gap of {:.3f} s at {:.3f} s parts the recording"),
+        (steps, set_back, "the clock was set back by {:.3f} s at {:.3f} s, which parts the recording"),
     ):
-        notes += [f"{what.format(sizes[at - 1])} at {time[at - 1]:.3f} s parts the recording" for at in places[:_TOLD]]
+        notes += [words.format(sizes[at - 1], time[at - 1]) for at in places[:_TOLD]]
         if len(places) > _TOLD:
             notes.append(f"{len(places) - _TOLD} more such places part it, too")
     pieces = []
