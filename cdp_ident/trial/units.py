@@ -36,7 +36,9 @@ def found_units(samples: Samples, options: TrialOptions) -> tuple[Balance | None
     for inner, outer in itertools.product(*choices):
         meaning = replace(options, inner_unit=inner, outer_unit=outer)
         tried = _best(samples, meaning) if meaning != options else None
-        if tried and may_be_rods(tried.lumped) and not (best and best.lumped.unexplained <= tried.lumped.unexplained):
+        # Half a turn of one zero beside another unit is rather something else than both at once.
+        is_likely = tried and may_be_rods(tried.lumped) and tried.lumped.turned in ("", "both")
+        if tried and is_likely and not (best and best.lumped.unexplained <= tried.lumped.unexplained):
             best = tried
     if best is None:
         return before, before
