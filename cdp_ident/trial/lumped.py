@@ -212,7 +212,7 @@ def _physical(sums: _Sums, motors: tuple[int, ...]) -> Array:
     for added in ((), _ROTOR, _OFFSETS, (*_ROTOR, *_OFFSETS)):
         values = _with_friction(sums, (*_VISCOUS, *motors, *added))
         score = sums.left(values) / for_one ** len(added)
-        # Larger errors of zeros are none to first order.
+        # Errors of zeros are fitted as three numbers, though two would do; larger ones are none to first order.
         if score < least and np.all(np.abs(values[10:12]) <= _LARGEST_OFFSET * np.abs(values[4:6])):
             best, least = values, score
     return best
