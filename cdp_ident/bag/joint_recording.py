@@ -65,7 +65,8 @@ class _Alike:
     positions: bytearray = field(default_factory=bytearray)
     """As they are in the messages."""
     efforts: bytearray = field(default_factory=bytearray)
-    """As they are in the messages, up to the last one that has any."""
+    """As they are in the messages, of those that have any, whose rows follow."""
+    with_efforts: array[int] = field(default_factory=lambda: array("q"))
 
     def take(self, row: int, raw: bytes) -> bool:
         """Add a message if it has this layout, and say whether it had."""
@@ -77,28 +78,16 @@ class _Alike:
         seconds, nanoseconds = layout.stamp.unpack_from(raw, STAMP_OFFSET)
         self.positions += raw[layout.offset : end]
         if efforts := layout.efforts(raw):
-            self._fill_efforts()
             self.efforts += efforts
+            self.with_efforts.append(row)
         is_time = seconds >= 0 and nanoseconds < NANOSECONDS
         self.stamps.append(seconds * NANOSECONDS + nanoseconds if is_time else 0)
         self.rows.append(row)
         return True
 
-    def _fill_efforts(self) -> None:
-        """Let messages so far that have no efforts have unknown ones."""
-        missing = len(self.rows) - len(self.efforts) // self.layout.positions.size
-        self.efforts += missing * self.layout.positions.pack(*[np.nan] * len(self.layout.names))
-
-    def tables(self) -> list[Array]:
-        """Return positions and, if there are any, efforts, (rows, joints) each."""
-        if self.efforts:
-            self._fill_efforts()
-        order = self.layout.positions.format[0]
-        return [
-            np.frombuffer(raw, f"{order}f8").reshape(len(self.rows), -1)
-            for raw in (self.positions, self.efforts)
-            if raw
-        ]
+    def numbers(self, raw: bytearray) -> Array:
+        """Return numbers as they are in the messages as (rows, joints)."""
+        return np.frombuffer(raw, f"{self.layout.positions.format[0]}f8").reshape(-1, len(self.layout.names))
 
 
 class JointStates:
@@ -170,11 +159,11 @@ class JointStates:
         stamps = np.zeros(len(self._receipts), dtype=np.int64)
         receipts = np.array(self._receipts, dtype=np.int64)
         for group in self._groups:
-            rows = np.array(group.rows, dtype=np.int64)
-            stamps[rows] = group.stamps
-            for table, values in zip((positions, efforts), group.tables(), strict=False):
-                if table is not None:
-                    table[rows[:, None], [column[joint] for joint in group.layout.names]] = values
+            columns = [column[joint] for joint in group.layout.names]
+            stamps[group.rows] = group.stamps
+            positions[np.ix_(group.rows, columns)] = group.numbers(group.positions)
+            if efforts is not None:
+                efforts[np.ix_(group.with_efforts, columns)] = group.numbers(group.efforts)
         if self.dropped:
             notes = [*notes, f"of {topic} {self.dropped}"]
         return JointRecording(name, topic, joints, stamps, positions, tuple(notes), None, efforts, receipts)

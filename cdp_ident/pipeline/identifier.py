@@ -10,7 +10,7 @@ from typing import Any
 
 from rich.console import Console
 
-from cdp_ident.bag.watched_folder import WatchedFolder
+from cdp_ident.bag.folders import WatchedFolder
 from cdp_ident.configuration.fitted_model import fitted_yaml
 from cdp_ident.configuration.keys import is_key
 from cdp_ident.configuration.parameter_file import read_parameter_file

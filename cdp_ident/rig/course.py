@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Prediction of a rig's next sample, to recognise one that is wrong."""
 
-import math
 from collections.abc import Sequence
 from operator import le
 
@@ -27,8 +26,6 @@ class Course:
         self.last: Sample | None = None
         self._slopes: Sequence[float] | None = None
         """Change by the reading of time [us] and of the counts of cart, inner and outer joint."""
-        self._period = math.inf
-        """The shortest time between two readings of late [us]; a device may miss one."""
         self._limits = [_TIMES_USUAL * least for least in _LEAST]
         """How far off a sample may be, in the same."""
         self._step: tuple[Sample, tuple[int, Sequence[float], Sequence[float] | None]] | None = None
@@ -41,7 +38,6 @@ class Course:
                 of_each = zip(_LEAST, off, self._limits, strict=True)
                 self._limits = [max(x, _TIMES_USUAL * error, _FORGOTTEN * limit) for x, error, limit in of_each]
             self._slopes = changes if steps == 1 else [change / steps for change in changes]
-            self._period = min(self._slopes[0], _FORGOTTEN**-1 * self._period)
         self.last, self._step = sample, None
 
     def predicts(self, sample: Sample) -> bool:
@@ -52,17 +48,7 @@ class Course:
         if self.last is None:
             return False
         _, _, off = self._step_to(sample)
-        return off is None or self._is_near(off)
-
-    def has_between(self, sample: Sample, after: Sample) -> bool:
-        """Tell whether a sample lies between the last one and one after it: more is known then than before."""
-        if self.last is None:
-            return False
-        steps, all_steps = steps_between(self.last, sample), steps_between(self.last, after)
-        if not steps < all_steps:
-            return False
-        changes = zip(_changes(self.last, sample), _changes(self.last, after), strict=True)
-        return self._is_near([abs(change - whole * steps / all_steps) for change, whole in changes])
+        return off is None or all(map(le, off, self._limits))
 
     def _step_to(self, sample: Sample) -> tuple[int, Sequence[float], Sequence[float] | None]:
         """Return readings and changes since the last sample, and how far off they are, None where that is not known.
@@ -75,16 +61,6 @@ class Course:
             off = _off(changes, self._slopes, steps) if self._slopes else None
             self._step = (sample, (steps, changes, off))
         return self._step[1]
-
-    def _is_near(self, off: Sequence[float]) -> bool:
-        return all(map(le, off, self._limits))
-
-    def has_time_for(self, sample: Sample) -> bool:
-        """Tell whether so many readings fit into the time since the last sample, which may have been late itself."""
-        if self.last is None or self._slopes is None:
-            return True
-        elapsed = (sample.time_us - self.last.time_us) & UNSIGNED_32
-        return elapsed >= 0.5 * (steps_between(self.last, sample) - 1) * self._period
 
 
 def steps_between(before: Sample, after: Sample) -> int:

@@ -48,9 +48,9 @@ class Decoder:
     """Decodes a stream of bytes, cut anywhere, into events in the order of arrival.
 
     A sample is passed on when its frame is intact, and sequence number, time and counts go on from the samples before
-    (`Course`). One that does not waits for the next: if that goes on from the samples before, and the one that waited
-    does not lie between them, it is dropped, as a damaged frame whose checksum happens to match (one in 65536); if
-    not, both are taken, and the device was reset where sequence number and time do not follow either.
+    (`Course`). One that does not waits for the next: if that goes on from the samples before, the one that waited is
+    dropped, as a damaged frame whose checksum happens to match (one in 65536); if not, both are taken, and the device
+    was reset where sequence number and time do not follow either.
     """
 
     def __init__(self, codec: Codec) -> None:
@@ -94,9 +94,7 @@ class Decoder:
         elif isinstance(record, CartCommand):
             self.counters.malformed += 1  # only the host sends these
         elif self._follows(record) and self._course.predicts(record):
-            doubtful, self._doubtful = self._doubtful, None
-            if doubtful is not None and self._course.has_between(doubtful, record):
-                yield self._pass(doubtful)
+            self._doubtful = None
             yield self._pass(record)
         elif record in self._recent or record == self._doubtful:
             self.counters.duplicates += 1
@@ -116,7 +114,7 @@ class Decoder:
     def _follows(self, sample: Sample) -> bool:
         """Tell whether a sample can come after the last one in the same run of the device."""
         last = self._course.last
-        return last is not None and _can_follow(last, sample) and self._course.has_time_for(sample)
+        return last is not None and _can_follow(last, sample)
 
     def _pass(self, sample: Sample) -> Sample:
         self.counters.samples += 1

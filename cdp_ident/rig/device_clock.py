@@ -3,8 +3,6 @@
 """When a sample was measured: the device's clock mapped to the host's, past the delays of the line."""
 
 from collections import deque
-from itertools import pairwise
-from statistics import median
 
 import numpy as np
 
@@ -22,10 +20,6 @@ _WINDOW = 60.0
 """How far back the fit looks: crystals drift with temperature over minutes [s]."""
 _RECENT = 10.0
 """The offset is that of the least delayed arrival in this time [s]: the rate is not sure enough for older ones."""
-_RATE_FROM = 5.0
-"""Before this much is seen, delays say more about the difference in rate than the clocks do [s]."""
-_LEAST_DOUBT = 0.001
-"""Even delays that look constant can change by this much [s] unnoticed."""
 _LARGEST_RATE = 0.01
 """Ceramic resonators are off by up to 0.5 %."""
 _SETTLE, _LARGEST_SETTLING = 5.0, 5e-4
@@ -37,9 +31,9 @@ _GAP = 1.0
 """A silence of the device this long starts the fit anew [s]."""
 
 _RATE_BUCKETS = 4
-"""The reported rate is from the least delayed arrivals of so many buckets together …"""
-_FEWEST_FOR_RATE = 6
-"""… and of so many such arrivals at least."""
+"""The rate is from the least delayed arrivals of so many buckets together …"""
+_FEWEST_FOR_RATE = 5
+"""… and of so many such arrivals at least: before, delays say more about the difference in rate than the clocks do."""
 
 Point = tuple[float, float]
 
@@ -48,10 +42,8 @@ class DeviceClock:
     """Maps the device's 32-bit microsecond clock to the host's nanoseconds by a running fit of offset and rate.
 
     A message can be late but never early, so the truth is a line below all points (device time, arrival - device
-    time) that touches the least delayed ones. It is the edge of the lower convex hull over the middle of the window:
-    the line below all points with the smallest sum of distances to them (Moon, Skelly and Towsley 1999, "Estimation
-    and removal of clock skew from network delay measurements"). Between updates, four a second, the mapping is a
-    straight line, and it has no steps: stamps keep the device's spacing. After a reset, make a new one.
+    time) that touches the least delayed ones, with the slope that these have. Between updates, four a second, the
+    mapping is a straight line, and it has no steps: stamps keep the device's spacing. After a reset, make a new one.
     """
 
     def __init__(self, simulated: bool = False) -> None:
@@ -123,8 +115,7 @@ class DeviceClock:
         """Return how fast the device's clock runs by the last minute; None while too little was seen.
 
         It is the median of the slopes between the least delayed arrivals of each second, with the interval that goes
-        with it (Theil 1950; Sen, J. Am. Stat. Assoc. 63, 1968): unlike the mapping, which must make no steps, it does
-        not depend on how the offset was found.
+        with it (Theil 1950; Sen, J. Am. Stat. Assoc. 63, 1968).
         """
         if self._simulated:
             return ClockRate(0.0, 0.0)
@@ -162,7 +153,7 @@ class DeviceClock:
         if self._simulated:
             self._anchor = self._anchor or (now, min(delay for _, delay in self._buckets))
             return
-        rate, offset = _line_below(list(self._buckets), now)
+        rate, offset = self._line_below(now)
         if self._anchor is None:
             self._anchor = (now, offset)
             self._rate = rate
@@ -179,32 +170,13 @@ class DeviceClock:
         *before, (_, last) = self._buckets
         return now < _LONGEST_WARM_UP and last < min(delay for _, delay in before) - _CATCHING_UP
 
+    def _line_below(self, now: float) -> tuple[float, float]:
+        """Return slope and present height of the line below the least delayed arrivals.
 
-def _line_below(points: list[Point], at: float) -> tuple[float, float]:
-    """Return slope and height at `at` of the line below all points that is nearest to them.
-
-    The slope is shrunk towards none as far as the delays could have feigned it, which they easily do at first.
-    """
-    first, last = points[0][0], points[-1][0]
-    if last - first < _RATE_FROM:
-        return 0.0, min(delay for _, delay in points)
-    hull = _lower_hull(points)
-    left, right = next(edge for edge in pairwise(hull) if edge[1][0] >= 0.5 * (first + last))
-    slope = min(max((right[1] - left[1]) / (right[0] - left[0]), -_LARGEST_RATE), _LARGEST_RATE)
-    delays = [delay - left[1] - slope * (device - left[0]) for device, delay in points]
-    feigned = (2.0 * median(delays) + _LEAST_DOUBT) / (last - first)
-    slope *= slope**2 / (slope**2 + feigned**2)
-    return slope, min(delay + slope * (at - device) for device, delay in points if device >= at - _RECENT)
-
-
-def _lower_hull(points: list[Point]) -> list[Point]:
-    """Return the lower convex hull of points in ascending order (Andrew 1979)."""
-    hull: list[Point] = []
-    for x, y in points:
-        while len(hull) > 1:
-            (x1, y1), (x2, y2) = hull[-2:]
-            if (x2 - x1) * (y - y1) > (y2 - y1) * (x - x1):
-                break
-            hull.pop()
-        hull.append((x, y))
-    return hull
+        The slope is shrunk towards none as far as it is uncertain, which it is at first.
+        """
+        slope = 0.0
+        if (rate := self.rate()) and rate.fast:
+            slope = min(max(-rate.fast / (1.0 + rate.fast), -_LARGEST_RATE), _LARGEST_RATE)
+            slope *= slope**2 / (slope**2 + rate.std**2)
+        return slope, min(delay + slope * (now - device) for device, delay in self._buckets if device >= now - _RECENT)

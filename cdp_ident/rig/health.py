@@ -52,7 +52,6 @@ def assess(
     """
     rate = (now.line.samples - before.line.samples) / seconds if seconds > 0 else 0.0
     expected = 1e6 / now.hello.period_us if now.hello else None
-    level, message = _level_and_message(before, now, rate, expected, silence, stale_after, port, calibration)
     values = {
         "port": port.name or "none",
         "port state": "open" if port.name else port.problem,
@@ -80,37 +79,25 @@ def assess(
         "metres per count": f"{calibration.metres_per_count:g}",
         "signs": ", ".join(str(sign) for sign in calibration.signs),
     }
-    return Health(level, message, values, _hardware_id(now, port.name))
+    device = " on ".join(filter(None, (now.hello and now.hello.firmware, port.name)))
 
+    def health(level: Level, message: str) -> Health:
+        return Health(level, message, values, device)
 
-def _hardware_id(totals: Totals, port: str | None) -> str:
-    """Return which device it is: its firmware and its port, or as much of it as is known."""
-    firmware = totals.hello.firmware if totals.hello else ""
-    return " on ".join(filter(None, (firmware, port)))
-
-
-def _level_and_message(
-    before: Totals,
-    now: Totals,
-    rate: float,
-    expected: float | None,
-    silence: float,
-    stale_after: float,
-    port: PortState,
-    calibration: Calibration,
-) -> tuple[Level, str]:
     if port.name is None:
-        return Level.ERROR, f"no port: {port.problem}"
+        return health(Level.ERROR, f"no port: {port.problem}")
     if silence > stale_after:
         damaged = now.line.bad_checksum + now.line.malformed - before.line.bad_checksum - before.line.malformed
         if damaged:
-            return Level.ERROR, f"bytes came but no intact frame (damaged: {damaged}): are codec and baud right?"
+            return health(
+                Level.ERROR, f"bytes came but no intact frame (damaged: {damaged}): are codec and baud right?"
+            )
         since = f"for {silence:.1f} s" if math.isfinite(silence) else "yet"
-        return Level.STALE, f"no sample {since}"
+        return health(Level.STALE, f"no sample {since}")
     if calibration.needs_greeting() and now.hello is None:
         if (now.last_arrival_ns or 0) - (now.first_arrival_ns or 0) < _GREETING_WITHIN_NS:
-            return Level.OK, "waiting for the rig's greeting, which gives the counts per turn"
-        return Level.ERROR, "nothing is published: no greeting gave the counts per turn; set them as parameters"
+            return health(Level.OK, "waiting for the rig's greeting, which gives the counts per turn")
+        return health(Level.ERROR, "nothing is published: no greeting gave the counts per turn; set them as parameters")
     happened = {
         "lost": now.line.lost - before.line.lost,
         "bad checksum": now.line.bad_checksum - before.line.bad_checksum,
@@ -132,5 +119,5 @@ def _level_and_message(
     if now.zero:
         problems.append(f"zero: {now.zero}; let it hang and call ~/zero_hanging")
     if problems:
-        return Level.WARN, "; ".join(problems)
-    return Level.OK, f"{rate:.0f} Hz"
+        return health(Level.WARN, "; ".join(problems))
+    return health(Level.OK, f"{rate:.0f} Hz")

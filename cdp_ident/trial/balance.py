@@ -19,13 +19,12 @@ from cdp_ident.trial.kinematics import CUBIC_AT_CENTRE, local_motion
 from cdp_ident.trial.scales import Scales, sampling_step
 from cdp_ident.trial.weak_form import WINDOW, Functions, Motion, integrated
 
-COLUMNS = ("A23", "A33", "c1", "c2", "G1", "G2", "k1", "k2", "D", "E12", "E1", "E2")
+COLUMNS = ("A23", "A33", "c1", "c2", "G1", "G2", "k1", "k2", "D", "E12", "E1", "E2", "M1", "M2")
 """The lumped numbers in their order."""
-MOTORS = ("M1", "M2")
-"""What the torques of motors in the joints are multiplied by."""
 _STICKS = 0.5
 """A joint sticks where the direction of its friction is uncertain by more than this share."""
 _NOISE_SAMPLES = 2000
+_LEAST_GRAVITY = 0.1
 
 
 @dataclass(frozen=True)
@@ -33,7 +32,7 @@ class Windows(Rows):
     """The balance of forces in windows of a motion."""
 
     coefficients: Array
-    """(k, 2, 12) of the lumped numbers, in the order of `COLUMNS`."""
+    """(k, 2, 14) of the lumped numbers, in the order of `COLUMNS`."""
     target: Array
     """(k, 2) right-hand side [rad/s^2]."""
     slack: Array
@@ -75,19 +74,7 @@ def motion_on_grid(
 def windows(motion: Motion) -> Windows:
     """Return the balance of each window of WINDOW grid points that fits into a motion given in theta1 and theta2."""
     balance, slack = integrated(motion, NOMINAL["g"], ("A22", *COLUMNS))
-    if motion.torques is not None:
-        balance = _without(integrated(motion, NOMINAL["g"], MOTORS)[0], balance)
     return Windows(balance[..., 1:], -balance[..., 0], slack, np.tile(motion.noise, (len(balance), 1)))
-
-
-def _without(torques: Array, balance: Array) -> Array:
-    """Return the balance (k, 2, columns) without what motors' torques (k, 2, 2) explain, whatever their gains are.
-
-    What else is fitted to it is as if the gains were fitted, too (Frisch and Waugh, Econometrica 1, 1933).
-    """
-    basis, _ = np.linalg.qr(torques.reshape(-1, 2))
-    rows = balance.reshape(len(basis), -1)
-    return np.asarray((rows - basis @ (basis.T @ rows)).reshape(balance.shape))
 
 
 def residual(balance: Windows, values: Array) -> Array:
@@ -95,22 +82,27 @@ def residual(balance: Windows, values: Array) -> Array:
     return np.asarray((balance.coefficients.reshape(-1, len(COLUMNS)) @ values).reshape(-1, 2) - balance.target)
 
 
-def torques(balance: Windows, values: Array, smallest_gravity: float = 0.1) -> Array:
+def torques(balance: Windows, values: Array) -> Array:
     """Return the torque that is unexplained in each window (k,), as a share of gravity's largest on the same rod.
 
     Friction in a slow joint does not count: up to the joint's dry friction or, where both rods turn as one, of any
-    size, as no hand acts from one rod on the other. A rod whose gravity torque is less than `smallest_gravity` times
-    the other's is measured against that.
+    size, as no hand acts from one rod on the other. A rod whose gravity torque is less than a tenth of the other's is
+    measured against that.
     """
     on_inner, on_outer = residual(balance, values).T
-    gravity = np.abs(values[4:6])
-    gravity = np.maximum(gravity, max(smallest_gravity * gravity.max(), 1e-12))
+    gravity = largest_gravity(values)
     held1, held2 = (balance.slack * np.abs(values[6:8])).T
     held2 = np.where(balance.slack[:, 1] > _STICKS, np.maximum(held2, gravity[1]), held2)
     by_outer_joint = np.clip(-on_outer, -held2, held2)
     on_outer, on_inner = on_outer + by_outer_joint, on_inner - by_outer_joint
     on_inner = on_inner + np.clip(-on_inner, -held1, held1)
     return np.asarray(np.maximum(np.abs(on_inner) / gravity[0], np.abs(on_outer) / gravity[1]))
+
+
+def largest_gravity(values: Array) -> Array:
+    """Return gravity's largest torque on each rod (2,), for a rod that hardly has any a tenth of the other's."""
+    gravity = np.abs(values[4:6])
+    return np.asarray(np.maximum(gravity, max(_LEAST_GRAVITY * gravity.max(), 1e-12)))
 
 
 def _noise(time: Array, angles: Array, scales: Scales) -> Array:

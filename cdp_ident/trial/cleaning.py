@@ -8,9 +8,12 @@ import numpy as np
 
 from cdp_ident.arrays import Array, Mask, Rows
 from cdp_ident.trial.joints import Samples
-from cdp_ident.trial.order import elapsed, in_order
+from cdp_ident.trial.order import elapsed
 from cdp_ident.trial.outliers import TURN, outliers
 from cdp_ident.trial.sample_times import evened
+
+_TOLD = 3
+"""So many gaps, and steps back of the clock, are told with their places."""
 
 
 @dataclass(frozen=True)
@@ -44,18 +47,15 @@ class Piece(Rows):
 
 
 def clean(samples: Samples, start: float = 0.0, stop: float = np.inf) -> Cleaned:
-    """Put samples in order, take those from `start` to `stop` [s] after the first, and find the outliers.
+    """Take samples in the order of time from `start` to `stop` [s] after the first, and find the outliers.
 
     Of several with one stamp the first is kept, unless they came in a burst (`evened`). An outlier of one joint makes
     the whole sample one: it is left out, as if its frame had been lost, before angles are unwrapped, as turns would be
     counted by it.
     """
-    order, notes = in_order(samples.stamps)
-    samples = samples[order]
     set_back = np.diff(samples.stamps) < 0
-    time, bursts = evened(elapsed(samples.stamps), samples.angles, np.flatnonzero(set_back) + 1)
+    time, notes = evened(elapsed(samples.stamps), samples.angles, np.flatnonzero(set_back) + 1)
     first = np.concatenate([[True], (np.diff(time) > 0) | set_back])[: len(time)]
-    notes += bursts
     if repeated := int(np.count_nonzero(~first)):
         notes.append(f"{repeated} samples with a stamp that was there already are dropped")
     chosen = first & (time >= start) & (time <= stop)
@@ -80,15 +80,14 @@ def cut_at_gaps(cleaned: Cleaned, longest_gap: float) -> tuple[list[Piece], list
     short = (gaps > 1.5 * typical) & (gaps <= longest_gap) & (np.diff(kept) == 1)
     if np.any(short):
         notes.append(f"{np.count_nonzero(short)} gaps of up to {gaps[short].max() * 1e3:.0f} ms are kept as they are")
-    for at in long[:3]:
-        notes.append(f"a gap of {gaps[at - 1]:.3f} s at {time[at - 1]:.3f} s parts the recording")
-    if len(long) > 3:
-        notes.append(f"{len(long) - 3} more gaps longer than {longest_gap:.3g} s part it too")
     set_back = -1e-9 * np.diff(samples.stamps[kept])
-    for at in steps[:3]:
-        notes.append(
-            f"the clock was set back by {set_back[at - 1]:.3f} s at {time[at - 1]:.3f} s, which parts the recording"
-        )
+    for places, sizes, words in (
+        (long, gaps, "a gap of {:.3f} s at {:.3f} s parts the recording"),
+        (steps, set_back, "the clock was set back by {:.3f} s at {:.3f} s, which parts the recording"),
+    ):
+        notes += [words.format(sizes[at - 1], time[at - 1]) for at in places[:_TOLD]]
+        if len(places) > _TOLD:
+            notes.append(f"{len(places) - _TOLD} more such places part it, too")
     pieces = []
     for chosen in np.split(kept, np.unique(np.concatenate([long, steps]))):
         between = np.setdiff1d(np.arange(chosen[0], chosen[-1]), chosen)

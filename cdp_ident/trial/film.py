@@ -130,8 +130,6 @@ def _straightening(points: Array) -> tuple[Array | None, str]:
     Where pixels are not square, or the camera looks from the side, the joint's circle is an ellipse: the inverse square
     of its distance from the pivot varies with twice the rod's direction. A pivot that is off goes with the direction.
     """
-    if len(points) < _FEWEST_FRAMES:
-        return None, ""
     rods = points[:, 1] - points[:, 0]
     lengths = np.linalg.norm(rods, axis=1)
     x, y = (rods / lengths[:, None]).T
@@ -217,10 +215,7 @@ def _centre(joint: Array) -> Array:
         centre = centre + found[:2]
         radius = np.sqrt(max(0.0, found[2] + found[0] ** 2 + found[1] ** 2))
         error = np.abs(np.linalg.norm(joint - centre, axis=1) - radius)
-        better = error <= 3 * np.median(error) + 1e-12
-        if np.array_equal(better, chosen):
-            break
-        chosen = better
+        chosen = error <= 3 * np.median(error) + 1e-12
     return np.asarray(centre)
 
 
@@ -234,8 +229,6 @@ def without_offsets(points: Array) -> tuple[Array, tuple[str, ...]]:
         (n, 2, 2) x and y from pivot to joint and from joint to tip, and what was put right, in words.
     """
     rods = np.diff(points, axis=1)
-    if len(points) < _FEWEST_FRAMES:
-        return rods, ()
     lengths = np.linalg.norm(rods, axis=2)
     inner, outer = np.moveaxis(rods / lengths[:, :, None], 1, 0)
     beside = np.column_stack([inner[:, 1], -inner[:, 0]])
@@ -257,7 +250,7 @@ def _certain_offsets(lengths: Array, regressors: Sequence[Array]) -> list[Array]
 
     Each has its derivatives of the length, (n, 2). The least certain one is left out first.
     """
-    chosen = list(range(len(regressors)))
+    chosen = list(range(len(regressors))) if len(lengths) >= _FEWEST_FRAMES else []
     offsets: list[Array] = [np.zeros(2) for _ in regressors]
     while chosen:
         directions = np.column_stack([regressors[k] for k in chosen])

@@ -5,18 +5,22 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
-from cdp_ident.arrays import Array, Mask, Rows, Times
+from cdp_ident.arrays import Array, Indices, Mask, Rows, Times
 from cdp_ident.bag.joint_recording import JointRecording
 from cdp_ident.errors import TrialError
-from cdp_ident.trial.common_time import at_common_times
 from cdp_ident.trial.options import UNITS, TrialOptions
 from cdp_ident.trial.order import elapsed, in_order
-from cdp_ident.trial.outliers import outlier_words, outliers
+from cdp_ident.trial.outliers import TURN, outlier_words, outliers
 from cdp_ident.trial.readings import check_publishers, continuous, new_readings, still_publisher
 
 _BELIEVED = 1e10
 """Largest position [rad or m] that is accepted as a measurement."""
+_TOGETHER = 0.9
+"""Share of the readings of a joint that have one of the other beside them, up to which joints are measured together."""
+_BRIDGED = 3.5
+"""No reading is made up in a gap of so many usual spacings."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +67,7 @@ def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Sam
     for place, (joint, column, has) in enumerate(zip(wanted, readings.T, known.T, strict=True)):
         column[has], ranges[place], wrapped = continuous(column[has])
         notes += [f"readings of {joint} {what}" for what in (repeated[place], wrapped) if what]
-    rows, angles, note = at_common_times(time, readings, new)
+    rows, angles, note = _at_common_times(time, readings, new)
     notes += [note] if note else []
     if lacking and not note:
         notes.append(f"{lacking} of {len(known)} samples have no usable number for both rods and are dropped")
@@ -94,6 +98,48 @@ def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Sam
         efforts = recording.efforts[order][:, [recording.joints.index(joint) for joint in wanted]]
         torques = np.column_stack([_held(time[rows], time, effort) for effort in efforts.T])
     return Samples(stamps[rows], angles, cart, torques if np.any(torques) else None, (ranges[0], ranges[1])), notes
+
+
+def _at_common_times(time: Array, readings: Array, known: Mask) -> tuple[Indices, Array, str]:
+    """Return the rows in which both joints have a reading, their readings (m, 2), and in words how they have one.
+
+    Where most rows lack one joint, the readings of the joint that is measured more often are taken at the times of the
+    other, by a cubic spline.
+
+    Args:
+        time: (n,) of the rows, ascending [s].
+        readings: (n, 2) of the inner and outer joint.
+        known: (n, 2) which are readings.
+    """
+    both = np.flatnonzero(known.all(axis=1))
+    counts = np.count_nonzero(known, axis=0)
+    if len(both) >= _TOGETHER * counts.min():
+        return both, readings[both], ""
+    slow = int(np.argmin(counts))
+    rows = np.flatnonzero(known[:, slow])
+    of_other = np.flatnonzero(known[:, 1 - slow])
+    times, first = np.unique(time[of_other], return_index=True)
+    values = np.asarray(np.unwrap(readings[of_other[first], 1 - slow]))
+    good = ~outliers(times, values, TURN)
+    there, between = _between(times[good], values[good], time[rows])
+    found = readings[rows[there]]
+    found[:, 1 - slow] = between[there]
+    joint = ("inner", "outer")[1 - slow]
+    apart = f"joints are measured at times of their own: the {joint} one is taken at the times of the other"
+    lost = np.count_nonzero(~there)
+    return rows[there], found, f"{apart}; {lost} samples without it nearby are dropped" if lost else apart
+
+
+def _between(times: Array, values: Array, at: Array) -> tuple[Mask, Array]:
+    """Return at which of some times there are values nearby, and the values there (those elsewhere mean nothing)."""
+    if len(times) < 4:
+        return np.zeros(len(at), dtype=bool), np.zeros(len(at))
+    place = np.clip(np.searchsorted(times, at, side="right") - 1, 0, len(times) - 2)
+    before, after = times[place], times[place + 1]
+    step = np.median(np.diff(times))
+    bridged = (at >= before) & (at <= after) & (after - before <= _BRIDGED * step)
+    there = bridged | (np.minimum(np.abs(at - before), np.abs(at - after)) <= step / 2)
+    return there, np.asarray(CubicSpline(times, values)(at))
 
 
 def _held(at: Array, time: Array, values: Array) -> Array:

@@ -2,11 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """From a bag to a trial."""
 
+import json
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
+from cdp_ident.bag.metadata import read_custom_data
 from cdp_ident.bag.reader import read_joint_states
-from cdp_ident.errors import OtherMotionError, TrialError
+from cdp_ident.errors import OptionError, OtherMotionError, TrialError
+from cdp_ident.model.weight_settings import ADDED, weights_of
+from cdp_ident.model.weights import Weight
 from cdp_ident.outside_text import shown
 from cdp_ident.trial.device_time import in_device_time
 from cdp_ident.trial.find import find_trial
@@ -15,7 +20,8 @@ from cdp_ident.trial.joints import select_joints
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.sample_times import in_measured_time
 from cdp_ident.trial.trial import Trial
-from cdp_ident.trial.weights import recorded_weights
+
+_SALVAGED = "salvaged"
 
 
 def load_trial(bag: Path, options: TrialOptions | None = None) -> Trial:
@@ -41,6 +47,32 @@ def load_trial(bag: Path, options: TrialOptions | None = None) -> Trial:
     except TrialError as error:
         there = [f"joints: {shown(', '.join(recording.joints))}"] if isinstance(error, OtherMotionError) else []
         raise TrialError("; ".join([f"{shown(bag)}: {error}", *there, *recording.notes])) from error
-    weights, weight_notes = recorded_weights(bag)
+    weights, weight_notes = _recorded_weights(bag)
     notes = [*recording.notes, *weight_notes, *clock_notes, *notes, *trial.notes]
     return replace(trial, name=recording.name, notes=tuple(notes), clock=clock, weights=weights)
+
+
+def _recorded_weights(bag: Path) -> tuple[tuple[Weight, ...], list[str]]:
+    """Return the weights that the recorder wrote into a bag's metadata, and what casts doubt on that, in words.
+
+    Raises:
+        TrialError: they are not possible.
+    """
+    custom, problem = read_custom_data(bag)
+    notes = [problem] if problem else []
+    if _SALVAGED in custom:
+        notes.append(
+            "the recorder was killed: whether weights were on the rods is not known; trials.<bag>.added tells it"
+        )
+    text = custom.get(ADDED, "")
+    try:
+        given = json.loads(text) if text else {}
+    except (ValueError, RecursionError) as error:
+        raise TrialError(f"{bag}: '{ADDED}' in its metadata is not JSON: {error}") from error
+    if not isinstance(given, Mapping):
+        raise TrialError(f"{bag}: '{ADDED}' in its metadata must name weights by rod")
+    try:
+        found = weights_of(given, f"{bag}: metadata")
+    except OptionError as error:
+        raise TrialError(str(error)) from error
+    return tuple(weight for weight in found.values() if weight), notes

@@ -3,7 +3,7 @@
 """The lumped numbers with which the balance of forces holds in most of a motion."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -27,7 +27,6 @@ _OUTLIER = 9.2 / (2 * np.log(2))
 """Squared error, over the median one, that one in a hundred normal errors in two dimensions exceeds."""
 _LARGEST_OFFSET = 0.3
 """Error of a zero [rad] up to which a first-order expansion is accurate enough."""
-_OFFSET_ROUNDS = 4
 _INDEPENDENT = 5
 """Neighbouring windows overlap: so many count as one independent window."""
 _SIGMAS = 3.0
@@ -36,8 +35,9 @@ _REGULAR = 1e-9
 """Determinant of a correlation matrix above which it is solved directly: over e it is below the least eigenvalue."""
 _VISCOUS = (0, 1, 2, 3, 4, 5)
 _FRICTION = (6, 7)
-_ROTOR = 8
-_OFFSETS = (9, 10, 11)
+_ROTOR, _OFFSETS, _MOTORS = (8,), (9, 10, 11), (12, 13)
+FREE, DRIVEN = (*_VISCOUS, *_FRICTION), (*_VISCOUS, *_FRICTION, *_MOTORS)
+"""Places of the lumped numbers without what is there in few rigs, and with motors in the joints."""
 
 
 Turned = Literal["", "both", "inner", "outer"]
@@ -48,7 +48,10 @@ class Lumped:
     """Lumped numbers fitted to windows of motion."""
 
     values: Array
-    """(12,) in the order of `balance.COLUMNS`, relative to A22; A, B, D, E12 [1], c1, c2 [1/s], the others [1/s^2]."""
+    """(14,) in the order of `balance.COLUMNS`, relative to A22; A, B, D, E12 [1], c1, c2 [1/s], the others [1/s^2].
+
+    M1 and M2 are in 1/s^2 over the unit of the torques.
+    """
     unexplained: float
     """Share of the inner rod's acceleration (rms) in the windows fitted to that is not explained, by noise neither."""
     spread: float
@@ -96,20 +99,20 @@ class Lumped:
         return self.turned == ""
 
 
-def fit_lumped(balance: Windows, trusted: Mask) -> Lumped:
+def fit_lumped(balance: Windows, trusted: Mask, is_driven: bool = False) -> Lumped:
     """Fit the lumped numbers to the windows of which most agree, whatever the others say.
 
     Of the windows `trusted` (k,) to show motion, the half that fits worst is left out (least trimmed squares with
     concentration steps: Rousseeuw and Van Driessen, 2006). The fit begins with that of the short stretch with which
     most windows of the recording agree, so that a hand cannot draw it to its own motion. At last all windows that are
-    no outliers are fitted to. Dry friction that comes out negative is none; a geared rotor is there, and a zero off,
-    where that explains much that nothing else does.
+    no outliers are fitted to. Dry friction that comes out negative is none; a geared rotor is there, and zeros are off,
+    where that explains much that nothing else does. `is_driven` says that the torques of motors are an input.
     """
-    balance = balance[trusted]
+    balance, motors = balance[trusted], _MOTORS if is_driven else ()
     at_least = max(1, min(_FEWEST_STRETCHES, len(balance) // _SHORTEST_STRETCH))
     count = max(at_least, min(_MOST_STRETCHES, len(balance) // _STRETCH))
     stretches = [_Sums.of(balance[part]) for part in np.array_split(np.arange(len(balance)), count)]
-    fits = [_least_squares(stretch, _VISCOUS) for stretch in stretches]
+    fits = [_least_squares(stretch, (*_VISCOUS, *motors)) for stretch in stretches]
     values = max(fits, key=lambda fit: np.count_nonzero(torques(balance, fit) < _AGREEMENT))
     keep = (len(balance) + 1) // 2
     chosen: Indices = np.empty(0, dtype=np.int64)
@@ -118,16 +121,23 @@ def fit_lumped(balance: Windows, trusted: Mask) -> Lumped:
         if np.array_equal(best, chosen):
             break
         chosen = best
-        values = _physical(_Sums.of(balance[chosen]))
+        values = _physical(_Sums.of(balance[chosen]), motors)
     squares = _squares(balance, values)
     fitted = balance[squares <= _OUTLIER * np.median(squares)]
     sums = _Sums.of(fitted)
-    values = _physical(sums)
+    values = _physical(sums, motors)
     left = float(np.sum(_squares(fitted, values)))
     explained = max(left - float(np.sum(_noise(fitted, values))), 0.0)
     unexplained = np.sqrt(explained / sums.of_target) if sums.of_target > 0 else np.inf
     spread = float(np.median(torques(fitted, values)))
-    return Lumped(values, float(unexplained), spread, _covariance(sums, left / max(1, 2 * len(fitted))))
+    return Lumped(values, float(unexplained), spread, _covariance(sums, left / max(1, 2 * len(fitted)), motors))
+
+
+def explained(balance: Windows, columns: Sequence[int]) -> tuple[Array, float]:
+    """Return the numbers (14,) in some columns that fit windows best, and the share of the squares that they leave."""
+    sums = _Sums.of(balance)
+    values = _least_squares(sums, columns)
+    return values, sums.left(values) / max(sums.of_target, np.finfo(float).tiny)
 
 
 def gravity_directions(balance: Windows, trusted: Mask) -> Array:
@@ -137,10 +147,9 @@ def gravity_directions(balance: Windows, trusted: Mask) -> Array:
     (k,), twice, the second time without outliers.
     """
     balance = balance[trusted]
-    columns = (*_VISCOUS, *_FRICTION, *_OFFSETS)
-    values = _least_squares(_Sums.of(balance), columns)
+    values, _ = explained(balance, (*DRIVEN, *_OFFSETS))
     squares = _squares(balance, values)
-    values = _least_squares(_Sums.of(balance[squares <= _OUTLIER * np.median(squares)]), columns)
+    values, _ = explained(balance[squares <= _OUTLIER * np.median(squares)], (*DRIVEN, *_OFFSETS))
     return np.arctan2(values[[10, 11]], values[[4, 5]])
 
 
@@ -149,9 +158,9 @@ class _Sums:
     """What least squares need to know of windows: sums of products of their coefficients C and target y."""
 
     coefficients: Array
-    """(12, 12) C^T C."""
+    """(14, 14) C^T C."""
     mixed: Array
-    """(12,) C^T y."""
+    """(14,) C^T y."""
     of_target: float
     """y^T y."""
     count: int
@@ -162,12 +171,8 @@ class _Sums:
         rows, target = balance.coefficients.reshape(-1, len(COLUMNS)), balance.target.ravel()
         return cls(rows.T @ rows, rows.T @ target, float(target @ target), len(balance))
 
-    def by(self, basis: Array) -> "_Sums":
-        """Return the sums of numbers (p,) of which `basis` (12, p) makes the lumped ones."""
-        return replace(self, coefficients=basis.T @ self.coefficients @ basis, mixed=basis.T @ self.mixed)
-
     def left(self, values: Array) -> float:
-        """Return the squared residual that values (12,) leave."""
+        """Return the squared residual that values (14,) leave."""
         return float(self.of_target - 2 * values @ self.mixed + values @ self.coefficients @ values)
 
 
@@ -182,10 +187,10 @@ def _noise(balance: Windows, values: Array) -> Array:
     return np.column_stack([of1 + A * of2, A * of1 + B * of2])
 
 
-def _covariance(sums: _Sums, variance: float) -> Array:
+def _covariance(sums: _Sums, variance: float, motors: tuple[int, ...]) -> Array:
     """Return the covariance of the first six numbers (6, 6) with residuals of a `variance` [(rad/s^2)^2]."""
-    count = len(_VISCOUS) + len(_FRICTION)
-    products = sums.coefficients[:count, :count]
+    columns = (*FREE, *motors)
+    products = sums.coefficients.take(columns, 0).take(columns, 1)
     scale = np.sqrt(np.diag(products))
     scale[scale == 0] = 1.0
     eigenvalues, directions = np.linalg.eigh(products / np.outer(scale, scale))
@@ -195,51 +200,29 @@ def _covariance(sums: _Sums, variance: float) -> Array:
     return np.asarray(covariance[: len(_VISCOUS), : len(_VISCOUS)])
 
 
-def _physical(sums: _Sums) -> Array:
+def _physical(sums: _Sums, motors: tuple[int, ...]) -> Array:
     """Fit with dry friction where it is positive, a geared rotor and zeros that are off where that is worth it.
 
     What is worth it follows from Schwarz's criterion, with the windows that tell something of their own as its data.
     """
     independent = max(2.0, 2 * sums.count / _INDEPENDENT)
     for_one = min(_WORTH, independent ** (-1 / independent))
-
-    def score(values: Array, added: int) -> float:
-        return sums.left(values) / for_one**added
-
-    fits = [(columns, _with_friction(sums, columns)) for columns in (_VISCOUS, (*_VISCOUS, _ROTOR))]
-    least, best = min(
-        ((score(values, rotor), values) for rotor, (_, values) in enumerate(fits)), key=lambda fit: fit[0]
-    )
-    for rotor, (columns, without) in enumerate(fits):
-        # Errors of zeros leave no less than any three numbers in their place.
-        if score(free := _least_squares(sums, (*columns, *_FRICTION, *_OFFSETS)), rotor + 2) < least:
-            values = _with_offsets(sums, columns, free, without)
-            least, best = min((least, best), (score(values, rotor + 2), values), key=lambda fit: fit[0])
+    best: Array = np.zeros(len(COLUMNS))
+    least = np.inf
+    for added in ((), _ROTOR, _OFFSETS, (*_ROTOR, *_OFFSETS)):
+        values = _with_friction(sums, (*_VISCOUS, *motors, *added))
+        score = sums.left(values) / for_one ** len(added)
+        # Errors of zeros are fitted as three numbers, though two would do; larger ones are none to first order.
+        if score < least and np.all(np.abs(values[10:12]) <= _LARGEST_OFFSET * np.abs(values[4:6])):
+            best, least = values, score
     return best
 
 
-def _with_offsets(sums: _Sums, columns: Sequence[int], free: Array, without: Array) -> Array:
-    """Fit errors of both zeros too, from numbers of which none is bound by another: `free`.
-
-    Return the values `without` errors where they come out too large for first order.
-    """
-    values = free
-    errors = _OFFSETS[:2]
-    basis = np.eye(len(COLUMNS))[:, : errors[-1] + 1]
-    for _ in range(_OFFSET_ROUNDS):
-        A, _, _, _, G1, G2, *_ = values
-        basis[_OFFSETS[0] :, errors] = [[A, -A], [G1, 0.0], [0.0, G2]]
-        values = basis @ _with_friction(sums.by(basis), columns, errors)
-        if not np.all(np.abs(values[10:12]) <= _LARGEST_OFFSET * np.abs(values[4:6])):
-            return without
-    return values
-
-
-def _with_friction(sums: _Sums, columns: Sequence[int], errors: Sequence[int] = ()) -> Array:
-    """Fit the numbers in some columns, friction that is positive, and the errors' columns."""
+def _with_friction(sums: _Sums, columns: Sequence[int]) -> Array:
+    """Fit the numbers in some columns, and friction that is positive."""
     friction = list(_FRICTION)
     while True:
-        values = _least_squares(sums, [*columns, *friction, *errors])
+        values = _least_squares(sums, [*columns, *friction])
         if all(values[column] >= 0 for column in friction):
             return values
         friction.remove(min(friction, key=lambda column: values[column]))

@@ -54,7 +54,7 @@ class Balance:
 
 
 def in_model_angles(motion: Motion, options: TrialOptions) -> Motion:
-    """Return a motion of the recorded joints as one of theta1 and theta2, with torques if they are its input."""
+    """Return a motion of the recorded joints as one of theta1 and theta2."""
     still = model_angles(np.zeros((1, 2)), options)
     of_inner, of_outer = motion.angle_noise / [options.inner_scale, options.outer_scale]
     return replace(
@@ -64,7 +64,6 @@ def in_model_angles(motion: Motion, options: TrialOptions) -> Motion:
         cart=options.cart_sign * motion.cart,
         cart_velocity=options.cart_sign * motion.cart_velocity,
         angle_noise=np.array([of_inner, np.hypot(of_outer, of_inner * (options.outer_angle == "relative"))]),
-        torques=motion.torques if options.input == "joints" else None,
     )
 
 
@@ -73,7 +72,8 @@ def balance_of(recorded: Recorded, meaning: TrialOptions) -> Balance | None:
     if sum(map(np.count_nonzero, recorded.moving)) < _FEWEST_WINDOWS:
         return None
     parts = [windows(in_model_angles(motion, meaning)) for motion in recorded.motions]
-    return Balance(meaning, tuple(parts), fit_lumped(joined(parts), np.concatenate(recorded.moving)))
+    lumped = fit_lumped(joined(parts), np.concatenate(recorded.moving), meaning.input == "joints")
+    return Balance(meaning, tuple(parts), lumped)
 
 
 def outer_meanings(recorded: Recorded, options: TrialOptions) -> list[Balance]:

@@ -14,12 +14,11 @@ import numpy as np
 
 from cdp_ident.arrays import Array, Mask
 from cdp_ident.model.effects.effect import JOINTS
-from cdp_ident.model.parameters import NOMINAL
-from cdp_ident.trial.balance import MOTORS, joined
-from cdp_ident.trial.lumped import Lumped
+from cdp_ident.trial.balance import joined, largest_gravity
+from cdp_ident.trial.lumped import DRIVEN, FREE, Lumped, explained
 from cdp_ident.trial.meaning import GOOD, MUCH_BETTER, Balance, Recorded, balance_of, in_model_angles
 from cdp_ident.trial.options import TrialOptions
-from cdp_ident.trial.weak_form import Motion, integrated
+from cdp_ident.trial.weak_form import Motion
 
 _STILL = 0.01
 """A joint whose speed varies by less than this share of the other's does not swing."""
@@ -36,8 +35,6 @@ _FOLLOWS = 0.95
 """Correlation of the joints' speeds from which one column is said to follow the other."""
 _TWICE = 0.05
 """Share of the inner angle that the outer one differs from it by at most, as one measured and simulated does."""
-_LUMPED = 8
-"""The lumped numbers that torques are fitted beside: all but the geared rotor and errors of zeros."""
 
 
 def still_joint(recorded: Recorded, options: TrialOptions) -> str:
@@ -123,22 +120,12 @@ def driven(recorded: Recorded, options: TrialOptions) -> tuple[list[Mask], Array
     nowhere: list[Mask] = [np.zeros(len(motion.time), dtype=bool) for motion in recorded.motions]
     torques = [motion.torques for motion in recorded.motions if motion.torques is not None]
     balance = balance_of(recorded, replace(options, input="none")) if torques else None
-    values = _with_torques(balance, recorded) if balance else None
-    if values is None:
+    if balance is None:
         return nowhere, np.zeros(2)
-    gravity, gains = np.maximum(np.abs(values[4:6]), 0.1 * np.abs(values[4:6]).max()), values[_LUMPED:]
-    shares = [np.abs(torque * gains) / gravity for torque in torques]
+    windows = joined(balance.windows)[np.concatenate(recorded.moving)]
+    (_, without), (values, left) = (explained(windows, columns) for columns in (FREE, DRIVEN))
+    if without <= GOOD**2 or left > MUCH_BETTER * without:
+        return nowhere, np.zeros(2)
+    gains = values[-2:]
+    shares = [np.abs(torque * gains) / largest_gravity(values) for torque in torques]
     return [np.asarray(np.any(share > options.hand_torque, axis=1)) for share in shares], gains
-
-
-def _with_torques(balance: Balance, recorded: Recorded) -> Array | None:
-    """Return the lumped numbers and behind them those of torques; None where these do not explain what is left."""
-    moving = np.concatenate(recorded.moving)
-    windows = joined(balance.windows)[moving]
-    torques = np.concatenate([integrated(motion, NOMINAL["g"], MOTORS)[0] for motion in recorded.motions])
-    columns = [windows.coefficients[..., :_LUMPED], torques[moving]]
-    rows, target = np.concatenate(columns, axis=2).reshape(-1, _LUMPED + 2), windows.target.ravel()
-    fits = [np.linalg.lstsq(rows[:, :count], target, rcond=None)[0] for count in (_LUMPED, _LUMPED + 2)]
-    without, left = (float(np.sum((rows[:, : len(fit)] @ fit - target) ** 2)) for fit in fits)
-    is_explained = without > GOOD**2 * float(target @ target) and left <= MUCH_BETTER * without
-    return fits[1] if is_explained else None

@@ -12,13 +12,11 @@ from cdp_ident.trial.conventions import instead
 from cdp_ident.trial.joints import Samples, in_radians
 from cdp_ident.trial.meaning import EVIDENT, GOOD, MUCH_BETTER, Balance, best_of, outer_meanings
 from cdp_ident.trial.options import TrialOptions, Unit
-from cdp_ident.trial.other_motions import too_far
+from cdp_ident.trial.other_motions import may_be_rods, too_far
 from cdp_ident.trial.recorded_motion import recorded_motion
 
 _WIDE = 4.0 * np.pi
 """Readings that change by less are no swing in degrees."""
-_PART = 0.25
-"""One joint that hardly moves, for its readings are taken for degrees, leaves a single pendulum, which may do."""
 
 
 def found_units(samples: Samples, options: TrialOptions) -> tuple[Balance | None, Balance | None]:
@@ -37,10 +35,10 @@ def found_units(samples: Samples, options: TrialOptions) -> tuple[Balance | None
     choices: list[tuple[Unit, ...]] = [(other, unit) if it else (unit,) for unit, it in zip(given, may_be, strict=True)]
     for inner, outer in itertools.product(*choices):
         meaning = replace(options, inner_unit=inner, outer_unit=outer)
-        if meaning == options or not _swings_as_the_other(samples, meaning):
-            continue
-        tried = _best(samples, meaning)
-        if tried and not (best and best.lumped.unexplained <= tried.lumped.unexplained):
+        tried = _best(samples, meaning) if meaning != options else None
+        # Half a turn of one zero beside another unit is rather something else than both at once.
+        is_likely = tried and may_be_rods(tried.lumped) and tried.lumped.turned in ("", "both")
+        if tried and is_likely and not (best and best.lumped.unexplained <= tried.lumped.unexplained):
             best = tried
     if best is None:
         return before, before
@@ -59,13 +57,6 @@ def degrees_found(samples: Samples, options: TrialOptions) -> str:
     degrees = [joint for joint in ("inner", "outer") if getattr(found.meaning, f"{joint}_unit") == "degrees"]
     whose = "both joints are" if len(degrees) > 1 else f"the {''.join(degrees)} joint is"
     return instead(f"{whose} in degrees", options, found, before)
-
-
-def _swings_as_the_other(samples: Samples, options: TrialOptions) -> bool:
-    """Return whether a joint that alone is in degrees turns by no less than a part of what the other does."""
-    inner, outer = np.ptp(in_radians(samples.angles, options), axis=0)
-    alone = {("degrees", "radians"): inner >= _PART * outer, ("radians", "degrees"): outer >= _PART * inner}
-    return bool(alone.get((options.inner_unit, options.outer_unit), True))
 
 
 def _best(samples: Samples, options: TrialOptions) -> Balance | None:

@@ -123,7 +123,7 @@ def integrated(motion: Motion, gravity: float, columns: Sequence[str], stride: i
     uncertain = np.column_stack([functions.values_of(1.0 - np.abs(of_joint)) for of_joint in motion.directions.T])
     found = np.zeros((len(uncertain), 2, len(columns)))
     for place, name in enumerate(columns):
-        for rod, (momentum, torque) in enumerate(terms[name]):
+        for rod, (momentum, torque) in enumerate(terms.get(name, ())):
             if momentum is not None:
                 found[:, rod, place] += functions.slopes_of(momentum)
             if torque is not None:
@@ -136,10 +136,9 @@ _Term = tuple[Array | None, Array | None]
 
 
 def _terms(motion: Motion, gravity: float) -> Mapping[str, tuple[_Term, _Term]]:
-    """Return momentum and torque of the inner rod and of the outer one over each lumped number."""
+    """Return momentum and torque of the inner rod and of the outer one over each lumped number that has any."""
     (theta1, theta2), (w1, w2), (d1, d2) = motion.angles.T, motion.rates.T, motion.directions.T
     s, c, one, cart = np.sin(theta1 - theta2), np.cos(theta1 - theta2), np.ones_like(theta1), motion.cart_velocity
-    motor1, motor2 = np.zeros((2, len(one))) if motion.torques is None else motion.torques.T
     none = None, None
 
     def gravity_of(theta: Array, w: Array) -> _Term:
@@ -152,7 +151,15 @@ def _terms(motion: Motion, gravity: float) -> Mapping[str, tuple[_Term, _Term]]:
         # A torque between the rods acts on both.
         return (None, -torque), (None, torque)
 
-    return {
+    motors = (
+        {}
+        if motion.torques is None
+        else {
+            "M1": ((None, -motion.torques[:, 0]), none),
+            "M2": outer_joint(-motion.torques[:, 1]),
+        }
+    )
+    return motors | {
         "A22": ((w1, None), none),
         "A23": ((c * w2, s * w1 * w2), (c * w1, -s * w1 * w2)),
         "A33": (none, (w2, None)),
@@ -170,6 +177,4 @@ def _terms(motion: Motion, gravity: float) -> Mapping[str, tuple[_Term, _Term]]:
         "E12": ((-s * w2, c * w1 * w2), (-s * w1, -c * w1 * w2)),
         "E1": ((None, -np.cos(theta1)), none),
         "E2": (none, (None, -np.cos(theta2))),
-        "M1": ((None, -motor1), none),
-        "M2": outer_joint(-motor2),
     }

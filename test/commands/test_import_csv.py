@@ -266,14 +266,6 @@ def test_the_bag_says_how_it_was_made_and_others_read_it(convert, tmp_path):
         assert len(reader.readers[0].custom_data["source_sha256"]) == 64
 
 
-def test_rows_without_a_number_are_left_out_and_counted(convert, capsys):
-    angles = RELATIVE.copy()
-    angles[[3, 7]] = np.nan
-    _, stamps, _ = convert([TIME, angles])
-    assert len(stamps) == len(TIME) - 2
-    assert f"2 of {len(TIME)} samples have no usable number for both rods and are dropped" in capsys.readouterr().out
-
-
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -441,16 +433,28 @@ def test_rows_that_never_meet_are_counted(refuse):
 
 
 @pytest.mark.parametrize(
-    ("angles", "options", "said"),
+    ("time", "angles", "options", "said"),
     [
-        (np.repeat(RELATIVE[::4], 4, axis=0), [], "repeat 4 times in motion: 600 repetitions are left out"),
-        (np.round(RELATIVE / (2 * np.pi) * 4000) % 1024, ["--angle-unit", "counts", "--counts-per-turn", "4000"],
-         "wrap after 1024 counts (10 bits)"),
-        (np.degrees(RELATIVE) % 360, [], "wrap after 360"),
+        (TIME, np.repeat(RELATIVE[::4], 4, axis=0), [], "repeat 4 times in motion: 600 repetitions are left out"),
+        (
+            TIME,
+            np.round(RELATIVE / (2 * np.pi) * 4000) % 1024,
+            ["--angle-unit", "counts", "--counts-per-turn", "4000"],
+            "wrap after 1024 counts (10 bits)",
+        ),
+        (TIME, np.degrees(RELATIVE) % 360, [], "wrap after 360"),
+        (TIME, RELATIVE * [1, 180 / np.pi], [], "outer from column 'b' in deg (not stated"),
+        (TIME[::-1], RELATIVE[::-1], [], "stored late are put where their stamps belong"),
+        (
+            TIME,
+            np.where(np.isin(np.arange(len(TIME)), [3, 7])[:, None], np.nan, RELATIVE),
+            [],
+            f"2 of {len(TIME)} samples have no usable number for both rods and are dropped",
+        ),
     ],
-)  # fmt: skip
-def test_a_file_is_mended_as_a_bag_with_its_numbers_is(convert, capsys, angles, options, said):
-    positions, stamps, _ = convert([TIME, angles], *options)
+)
+def test_a_file_is_mended_as_a_bag_with_its_numbers_is(convert, capsys, time, angles, options, said):
+    positions, stamps, _ = convert([time, angles], *options)
     assert said in capsys.readouterr().out
     places = np.round((stamps - stamps[0]) * 200e-9).astype(int)
     off = positions - RELATIVE[places]
@@ -471,19 +475,6 @@ def test_stamps_in_seconds_and_nanoseconds_are_put_together(tmp_path, joined):
     assert found.positions == pytest.approx(RELATIVE, abs=1e-8)
 
 
-def test_times_of_day_go_on_after_midnight(tmp_path, capsys):
-    lines = []
-    for seconds, angles in zip(TIME, RELATIVE, strict=True):
-        of_day = (seconds + 86398.0) % 86400.0
-        clock = f"{int(of_day // 3600):02d}:{int(of_day // 60) % 60:02d}:{of_day % 60:06.3f}"
-        lines.append(f"{clock},{angles[0]:.9f},{angles[1]:.9f}")
-    (tmp_path / "log.csv").write_text("\n".join(lines))
-    assert main([str(tmp_path / "log.csv"), "--out", str(tmp_path / "bag")]) == 0
-    assert "a time of day, counted on where it rolls over" in capsys.readouterr().out
-    stamps = read_joint_states(tmp_path / "bag", "joint_states").stamps
-    assert (stamps - stamps[0]) * 1e-9 == pytest.approx(TIME, abs=1e-6)
-
-
 def written(folder, title, *columns):
     """A file of columns of numbers or texts; returns its path."""
     rows = zip(*(column if isinstance(column, list) else column.tolist() for column in columns), strict=True)
@@ -498,6 +489,14 @@ def written(folder, title, *columns):
         ("Time [days]", 45443.5 + TIME / 86400, "in d"),
         ("date", [f"05/31/2024 12:00:{time:09.6f}" for time in TIME], "in s"),
         ("datum", [f"31.05.2024 12:00:{time:09.6f}" for time in TIME], "in s"),
+        (
+            "t",
+            [
+                f"{int(time // 3600):02d}:{int(time // 60) % 60:02d}:{time % 60:06.3f}"
+                for time in (TIME + 86398) % 86400
+            ],
+            "a time of day, counted on where it rolls over",
+        ),
         ("seq,millis", [f"{number % 65536},{1e3 * time}" for number, time in enumerate(TIME)], "'millis' in ms"),
     ],
 )
@@ -507,21 +506,6 @@ def test_days_dates_and_milliseconds_beside_a_counter_are_times(tmp_path, capsys
     assert said in capsys.readouterr().out.splitlines()[1]
     stamps = read_joint_states(tmp_path / "bag", "joint_states").stamps
     assert (stamps - stamps[0]) * 1e-9 == pytest.approx(TIME, abs=2e-5)
-
-
-def test_rows_that_begin_with_the_newest_are_put_in_order(tmp_path, capsys):
-    file = written(tmp_path, "t,inner,outer", TIME[::-1], *RELATIVE[::-1].T)
-    assert main([file, "--out", str(tmp_path / "bag")]) == 0
-    assert "stored late are put where their stamps belong" in capsys.readouterr().out
-    assert read_joint_states(tmp_path / "bag", "joint_states").positions == pytest.approx(RELATIVE, abs=1e-9)
-
-
-def test_one_joint_in_degrees_that_states_no_unit_is_found(tmp_path, capsys):
-    file = written(tmp_path, "t,inner,outer", TIME, RELATIVE[:, 0], np.degrees(RELATIVE[:, 1]))
-    assert main([file, "--out", str(tmp_path / "bag")]) == 0
-    said = capsys.readouterr().out
-    assert "inner from column 'inner' in rad (not stated" in said
-    assert "outer from column 'outer' in deg (not stated" in said
 
 
 @pytest.mark.parametrize("contents", [{"log": np.ones((9, 3))}, {"log": {"time": np.ones(9), "data": np.ones((9, 2))}}])

@@ -51,11 +51,6 @@ def test_time_is_counted_on_where_the_clock_was_set_back_by_less_or_more_than_ha
     assert found.time[-1] == pytest.approx(1.5)
 
 
-def test_one_stamp_far_in_the_future_does_not_cost_what_follows():
-    pieces, _, _ = cleaned([0, 5, 3_600_000, *range(10, 100, 5)])
-    assert pieces[0] == [0, 1, *range(3, 21)]
-
-
 def test_long_gaps_part_the_recording_and_short_ones_are_told():
     pieces, _, notes = cleaned([0, 5, 10, 50, 55, 300, 305])
     assert pieces == [[0, 1, 2, 3, 4], [5, 6]]

@@ -8,6 +8,8 @@ import pytest
 from cdp_ident.errors import TrialError
 from cdp_ident.trial.balance import motion_on_grid
 from cdp_ident.trial.conventions import check_conventions
+from cdp_ident.trial.find import find_trial
+from cdp_ident.trial.joints import Samples
 from cdp_ident.trial.meaning import Recorded
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.zero_input import moving_windows
@@ -115,4 +117,11 @@ def test_zeros_that_are_a_little_off_contradict_nothing(swing):
     balance, warnings = check(swing, lambda joints: joints + np.array([0.03, -0.05]))
     assert warnings == []
     values = balance.lumped.values
-    assert values[10:] / values[4:6] == pytest.approx([-0.03, 0.02], abs=3e-3)
+    assert values[10:12] / values[4:6] == pytest.approx([-0.03, 0.02], abs=3e-3)
+
+
+def test_a_joint_in_degrees_is_told_beside_one_that_turns_over(recording):
+    whirl = recording().carry(2.0, 2.5, 1.0).swing(8, (0.0, 25.0))
+    samples = Samples(whirl.stamps(), whirl.joints() * [180.0 / np.pi, 1.0], None)
+    with pytest.raises(TrialError, match="the inner joint is in degrees: inner_unit: degrees leaves"):
+        find_trial(samples, TrialOptions())

@@ -53,6 +53,10 @@ def test_a_stamp_far_too_early_is_dropped_and_counted():
     assert "1 samples with stamps far from those before and after them are dropped" in notes
 
 
+def test_one_stamp_far_in_the_future_does_not_cost_what_follows():
+    assert ordered([0, 5, 3_600_000, *range(10, 100, 5)])[0] == [0, 1, *range(3, 21), 2]
+
+
 def test_blocks_stored_in_no_order_are_put_in_that_of_their_stamps():
     blocks = np.random.default_rng(1).permutation(np.arange(0, 13_000, 5).reshape(26, 100))
     stored = blocks.ravel()

@@ -5,12 +5,14 @@
 import numpy as np
 import pytest
 
-from cdp_ident.trial.readings import alternates, continuous, new_readings, still_publisher
+from cdp_ident.errors import TrialError
+from cdp_ident.trial.readings import check_publishers, continuous, new_readings, still_publisher
 
 COUNT = 2 * np.pi / 8000
 TIME = np.arange(2600) * 0.005
 SWING = np.round((np.pi + 1.2 * np.exp(-TIME / 6) * np.sin(6 * TIME)) / COUNT) * COUNT
 MOTION = np.column_stack([np.sin(5 * TIME), np.cos(7 * TIME)])
+FLICKER = np.random.default_rng(1).normal(0.0, 1e-3, (650, 2))
 
 
 @pytest.mark.parametrize("times", [2, 4, 7])
@@ -95,8 +97,8 @@ def test_rods_at_rest_whose_readings_flicker_are_no_second_publisher():
 def test_two_that_move_alternate_and_one_does_not():
     other = np.column_stack([2 + np.sin(4 * TIME), -1 + np.cos(3 * TIME)])
     mixed = np.stack([MOTION, other], axis=1).reshape(-1, 2)
-    assert alternates(mixed)
-    still = np.random.default_rng(1).normal(0.0, 1e-3, (650, 2))
-    assert alternates(np.insert(MOTION, np.arange(0, len(MOTION), 4), still, axis=0))
-    assert not alternates(MOTION)
-    assert not alternates(np.repeat(MOTION, 3, axis=0))
+    for two in (mixed, np.insert(MOTION, np.arange(0, len(MOTION), 4), FLICKER, axis=0)):
+        with pytest.raises(TrialError, match="samples on /states alternate between two motions"):
+            check_publishers(two, "/states")
+    for one in (MOTION, np.repeat(MOTION, 3, axis=0)):
+        check_publishers(one, "/states")

@@ -120,6 +120,12 @@ def test_a_sample_lost_in_slow_motion_shows_in_all_later_bursts():
     assert "1 are missing among them" in note
 
 
+def test_no_sample_is_missed_where_the_rods_are_knocked():
+    knocked = SWING + np.cumsum(np.random.default_rng(2).normal(0.0, 0.3, (5, 2)), axis=0)[TRUE.astype(int) // 2]
+    times, _ = evened(arrivals(0.016, 0.0), knocked, NONE)
+    assert times - times.mean() == pytest.approx(TRUE - TRUE.mean(), abs=5e-4)
+
+
 def test_stamps_in_bursts_are_kept_where_samples_were_measured_so():
     stamps = arrivals(0.016, 150e-6)
     measured = np.column_stack([np.sin(5 * stamps), 2 * np.cos(7 * stamps)]) + NOISE

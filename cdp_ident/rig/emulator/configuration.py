@@ -2,10 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The YAML file that describes an emulated rig."""
 
-import math
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,18 +12,16 @@ import numpy.typing as npt
 from cdp_ident.errors import OptionError
 from cdp_ident.model.acting import NO_EFFECTS, ActingEffects, outer_rod_length
 from cdp_ident.model.effects.own import OWN_EFFECTS, use
-from cdp_ident.model.parameters import LARGEST, NOMINAL, SYMBOLS, inertia_about_cart, physical_coefficients
+from cdp_ident.model.parameters import GROUPS, LARGEST, NOMINAL, SYMBOLS, inertia_about_cart, physical_coefficients
 from cdp_ident.model.weight_settings import ADDED, weights_of
-from cdp_ident.model.weights import RODS, Weight
+from cdp_ident.model.weights import INERTIA, RODS, Weight, added_by
 from cdp_ident.rig.emulator.device import Encoders
 from cdp_ident.rig.emulator.drive import Drive
-from cdp_ident.rig.emulator.effects import mapping, parse_effects
+from cdp_ident.rig.emulator.effects import parse_effects
+from cdp_ident.rig.emulator.fields import mapping, of_fields
 from cdp_ident.rig.emulator.script import DEFAULT_SCRIPT, Command, MoveCart, WaitForCommand, parse_script
-from cdp_ident.rig.emulator.weights import with_weights
-from cdp_ident.user_input import limits_of, number
+from cdp_ident.user_input import number
 from cdp_ident.yaml_file import read_yaml
-
-_Part = TypeVar("_Part", Encoders, Drive)
 
 
 @dataclass(frozen=True)
@@ -48,13 +45,20 @@ class EmulatedRig:
     """Of its cart, which the host commands; without one the script moves it."""
 
     @property
-    def heavier(self) -> dict[str, float]:
-        """Physical parameters of the rods with their weights."""
-        return with_weights(self.parameters, self.weights)
+    def inertia(self) -> float:
+        """A22, that of the weights included [kg m^2]."""
+        return self._bare_inertia + float(added_by(self.weights, self.parameters["L"])[INERTIA])
+
+    @property
+    def _bare_inertia(self) -> float:
+        rods = np.array([self.parameters[symbol] for symbol in SYMBOLS])
+        return float(inertia_about_cart(rods, self.parameters["L"]))
 
     def coefficients(self) -> npt.NDArray[np.float64]:
         """Return what `simulate` takes. Raises `OptionError` where the parameters are no mechanism."""
-        return physical_coefficients(self.heavier)
+        groups, constants = np.split(physical_coefficients(self.parameters), [len(GROUPS)])
+        added = added_by(self.weights, self.parameters["L"])[INERTIA + 1 :]
+        return np.concatenate([(self._bare_inertia * groups + added) / self.inertia, constants])
 
 
 _KEYS = ("parameters", "added", OWN_EFFECTS, "effects", "encoders", "rate", "clock_error", "drive", "script", "repeat")
@@ -77,11 +81,11 @@ def load_rig(path: Path) -> EmulatedRig:
         for symbol, value in mapping(content.get("parameters", {}), f"{path}: parameters", tuple(NOMINAL)).items()
     }
     script = parse_script(content["script"], f"{path}: script") if "script" in content else rig.script
-    drive = _of_fields(content["drive"], Drive(), f"{path}: drive") if "drive" in content else None
+    drive = of_fields(content["drive"], Drive, f"{path}: drive") if "drive" in content else None
     rig = replace(
         rig,
         parameters=rig.parameters | parameters,
-        encoders=_of_fields(content.get("encoders", {}), rig.encoders, f"{path}: encoders"),
+        encoders=of_fields(content.get("encoders", {}), Encoders, f"{path}: encoders"),
         rate=number(content.get("rate", rig.rate), f"{path}: rate", minimum=1.0, maximum=5000.0),
         clock_error=number(content.get("clock_error", 0.0), f"{path}: clock_error", minimum=-0.01, maximum=0.01),
         drive=drive,
@@ -95,18 +99,7 @@ def load_rig(path: Path) -> EmulatedRig:
     weights = weights_of({f"{ADDED}.{rod}": weight for rod, weight in added.items()}, str(path))
     rig = replace(rig, weights=tuple(weight for weight in weights.values() if weight))
     rig.coefficients()
-    inertia = float(inertia_about_cart(np.array([rig.heavier[symbol] for symbol in SYMBOLS]), rig.heavier["L"]))
-    use(mapping(content.get(OWN_EFFECTS, {}), f"{path}: {OWN_EFFECTS}"), inertia, f"{path}: {OWN_EFFECTS}")
+    use(mapping(content.get(OWN_EFFECTS, {}), f"{path}: {OWN_EFFECTS}"), rig.inertia, f"{path}: {OWN_EFFECTS}")
     outer_length = outer_rod_length(rig.parameters["L"], rig.parameters["l2"])
-    effects = parse_effects(content.get("effects", {}), inertia, outer_length, f"{path}: effects")
+    effects = parse_effects(content.get("effects", {}), rig.inertia, outer_length, f"{path}: effects")
     return replace(rig, effects=effects)
-
-
-def _of_fields(content: Any, defaults: _Part, where: str) -> _Part:
-    """Return a part of the rig, with the numbers that a mapping gives by the names of its fields."""
-    values = mapping(content, where, tuple(vars(defaults)))
-    limits, given = limits_of(type(defaults)), {}
-    for key, value in values.items():
-        least, most, _ = limits[key]
-        given[key] = number(value, f"{where}: {key}", least or 0.0, most or math.inf)
-    return replace(defaults, **{key: type(getattr(defaults, key))(value) for key, value in given.items()})

@@ -15,7 +15,7 @@ from cdp_ident.model.effects.effect import JOINTS, Effect
 from cdp_ident.model.effects.naming import effect_of
 from cdp_ident.model.motions import readings_of
 from cdp_ident.model.runge_kutta import hermite
-from cdp_ident.user_input import quoted, refuse_unknown
+from cdp_ident.rig.emulator.fields import mapping
 
 Array = npt.NDArray[np.float64]
 
@@ -53,16 +53,6 @@ def _possible_now(effect: Effect, values: list[float], where: str) -> tuple[Effe
             f"{where}: {effect.parameters[0].name} is {values[0]:g}; an emulated encoder can only be late"
         )
     return effect, values
-
-
-def mapping(content: Any, where: str, known: tuple[str, ...] = ()) -> dict[str, Any]:
-    """Return a mapping of a rig's file. Raises `OptionError` where it is none, or has a key that is not `known`."""
-    if not isinstance(content, dict):
-        keys = f"keys ({', '.join(known)})" if known else "keys"
-        raise OptionError(f"{where}: expected {keys} with values, found {quoted(content)}")
-    if known:
-        refuse_unknown(map(str, content), known, f"key in {where}")
-    return content
 
 
 class Readings:

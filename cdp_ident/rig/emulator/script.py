@@ -3,29 +3,32 @@
 """What the hand and the cart do, one command after another."""
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, fields
+from typing import Annotated, Any
 
 from cdp_ident.errors import OptionError
-from cdp_ident.user_input import number, quoted, refuse_unknown
+from cdp_ident.rig.emulator.fields import of_fields
+from cdp_ident.user_input import Limits, quoted, refuse_unknown
+
+_Place = Annotated[float, Limits(-1000.0, 1000.0)]
+_Within = Annotated[float, Limits(0.01, 1e6)]
 
 
 @dataclass(frozen=True)
 class Wait:
     """Leave everything as it is: a held pendulum held, a free one swinging."""
 
-    seconds: float
+    seconds: Annotated[float, Limits(0.0, 1e6)]
 
 
 @dataclass(frozen=True)
 class Hold:
     """Catch the pendulum, lead it to a position in the time `within` [s], and hold it there."""
 
-    theta1: float
+    theta1: _Place
     """Angle of the inner rod from upright [rad]; likewise the outer rod's."""
-    theta2: float
-    within: float = 1.5
+    theta2: _Place
+    within: _Within = 1.5
 
 
 @dataclass(frozen=True)
@@ -37,17 +40,14 @@ class LetGo:
 class MoveCart:
     """Move the cart to a position [m] in the time `within` [s]."""
 
-    to: float
-    within: float = 1.0
+    to: _Place
+    within: _Within = 1.0
 
 
 @dataclass(frozen=True)
 class WaitForCommand:
     """Leave everything as it is until the cart's drive obeys a command."""
 
-
-_LONGEST = 1e6
-"""Seconds, of a wait or a motion of the hand."""
 
 Command = Wait | Hold | LetGo | MoveCart | WaitForCommand
 
@@ -59,8 +59,14 @@ DEFAULT_SCRIPT: tuple[Command, ...] = (
     Wait(25.0),
 )
 
-_WITHOUT_VALUE: dict[str, Command] = {"let_go": LetGo(), "wait_for_command": WaitForCommand()}
-_NAMES = ("wait", "hold", "cart", *_WITHOUT_VALUE)
+_KINDS: dict[str, type[Command]] = {
+    "wait": Wait,
+    "hold": Hold,
+    "cart": MoveCart,
+    "let_go": LetGo,
+    "wait_for_command": WaitForCommand,
+}
+"""By their names in a rig's file."""
 
 
 def parse_script(content: Any, where: str) -> tuple[Command, ...]:
@@ -70,35 +76,17 @@ def parse_script(content: Any, where: str) -> tuple[Command, ...]:
     `- wait_for_command`. Raises `OptionError` where it is something else; `where` says in which file.
     """
     if not isinstance(content, list) or not content:
-        raise OptionError(f"{where}: expected a list of {', '.join(_NAMES)}, found {quoted(content)}")
+        raise OptionError(f"{where}: expected a list of {', '.join(_KINDS)}, found {quoted(content)}")
     return tuple(_command(entry, f"{where}, entry {number}") for number, entry in enumerate(content, 1))
 
 
 def _command(entry: Any, where: str) -> Command:
-    if isinstance(entry, str) and entry in _WITHOUT_VALUE:
-        return _WITHOUT_VALUE[entry]
+    if isinstance(entry, str) and entry in _KINDS and not fields(_KINDS[entry]):
+        return of_fields({}, _KINDS[entry], where)
     if not isinstance(entry, dict) or len(entry) != 1:
-        raise OptionError(f"{where}: expected one of {', '.join(_NAMES)}, found {quoted(entry)}")
+        raise OptionError(f"{where}: expected one of {', '.join(_KINDS)}, found {quoted(entry)}")
     ((name, value),) = entry.items()
-    refuse_unknown([name], _NAMES, f"command in {where}")
-    if name == "wait":
-        return Wait(number(value, f"{where}: wait", minimum=0.0, maximum=_LONGEST))
-    if name == "hold":
-        values = _numbers(value, ("theta1", "theta2"), f"{where}: hold")
-        return Hold(**values)
-    if name == "cart":
-        return MoveCart(**_numbers(value, ("to",), f"{where}: cart"))
-    raise OptionError(f"{where}: {name} takes no value")
-
-
-def _numbers(value: Any, needed: tuple[str, ...], where: str) -> dict[str, float]:
-    if not isinstance(value, Mapping):
-        raise OptionError(f"{where}: expected {', '.join(needed)} and within, found {quoted(value)}")
-    refuse_unknown(value, (*needed, "within"), f"key in {where}")
-    missing = [name for name in needed if name not in value]
-    if missing:
-        raise OptionError(f"{where}: {', '.join(missing)} is missing")
-    return {
-        name: number(entry, f"{where}: {name}", *((0.01, _LONGEST) if name == "within" else (-1000.0, 1000.0)))
-        for name, entry in value.items()
-    }
+    refuse_unknown([name], _KINDS, f"command in {where}")
+    if not fields(_KINDS[name]):
+        raise OptionError(f"{where}: {name} takes no value")
+    return of_fields({"seconds": value} if name == "wait" else value, _KINDS[name], f"{where}: {name}")

@@ -28,7 +28,7 @@ def test_a_script_is_read_in_its_order() -> None:
         ("[wait: soon]", "expected a number"),
         ("[wait: .nan]", "expected a number"),
         ("[wait: true]", "expected a number"),
-        ("[hold: 3]", "expected theta1, theta2 and within"),
+        ("[hold: 3]", "expected keys (theta1, theta2, within)"),
         ("[hold: {theta1: 1.0}]", "theta2 is missing"),
         ("[let_go, hold: {theta1: 1.0, theta2: 1, whithin: 1}]", "did you mean 'within'?"),
         ("[hold: {theta1: 1.0, theta2: 1, within: 0}]", "0.01 to 1e+06"),
