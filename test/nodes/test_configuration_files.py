@@ -2,20 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """The example files are what the nodes declare."""
 
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
 import yaml
 
 CONFIG = Path(__file__).parents[2] / "config"
 FILE = CONFIG / "rig.yaml"
-Start = Callable[..., Any]
 
 
 @pytest.mark.parametrize("node", ["driver", "recorder"])
-def test_every_key_of_the_example_is_a_parameter(listener: Any, start: Start, tmp_path: Path, node: str) -> None:
+def test_every_key_of_the_example_is_a_parameter(listener, start, tmp_path, node):
     overrides = {"driver": ["-p", f"port:={tmp_path / 'tty'}"], "recorder": ["-p", f"folder:={tmp_path / 'trials'}"]}
     process = start(node, "--ros-args", "--params-file", str(FILE), *overrides[node])
     name = "baud" if node == "driver" else "longest"
@@ -27,7 +24,7 @@ def test_every_key_of_the_example_is_a_parameter(listener: Any, start: Start, tm
     assert process.popen.poll() is None
 
 
-def test_the_simulator_s_file_changes_nothing_and_lists_everything_that_is_its_own(listener: Any, start: Start) -> None:
+def test_the_simulator_s_file_changes_nothing_and_lists_everything_that_is_its_own(listener, start):
     text = (CONFIG / "simulator.yaml").read_text()
     commented = text
     for optional in ("A22", "groups", "outer_rod"):

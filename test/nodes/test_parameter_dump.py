@@ -2,10 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What `ros2 param dump` writes of a node is taken by that node."""
 
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any
-
 import pytest
 import yaml
 
@@ -13,9 +9,9 @@ RESULTS = {"m1": 0.136, "groups": {"A23_over_A22": 0.13}, "std": {"m1": 0.02}, "
 """What `identify` shows beside its settings once it has a result."""
 
 
-def dumped(values: dict[str, Any]) -> dict[str, Any]:
+def dumped(values):
     """Return parameters as `ros2 param dump` nests them."""
-    tree: dict[str, Any] = {}
+    tree = {}
     for name, value in values.items():
         *parts, last = name.split(".")
         branch = tree
@@ -26,9 +22,7 @@ def dumped(values: dict[str, Any]) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("name", ["driver", "recorder", "simulator", "identify"])
-def test_a_node_takes_its_own_dump_and_passes_over_a_file_for_others(
-    listener: Any, start: Callable[..., Any], tmp_path: Path, name: str
-) -> None:
+def test_a_node_takes_its_own_dump_and_passes_over_a_file_for_others(listener, start, tmp_path, name):
     (tmp_path / "others.yaml").write_text("camera: {ros__parameters: {exposure: 3}}")
     (tmp_path / "trials").mkdir()
     own = {

@@ -2,9 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The SROS2 policy allows each node all that it says and hears, by the graph of nodes that run."""
 
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 from xml.etree import ElementTree
 
 import pytest
@@ -12,7 +10,7 @@ import pytest
 POLICY = ElementTree.parse(Path(__file__).parents[2] / "config/sros2_policy.xml")
 
 
-def allowed(node: str, kind: str, direction: str) -> set[str]:
+def allowed(node, kind, direction):
     """Return the names that the policy allows a node, in full."""
     (profile,) = POLICY.findall(f".//profile[@node='{node}']")
     entries = profile.findall(f"{kind}s[@{direction}='ALLOW']/{kind}")
@@ -21,9 +19,7 @@ def allowed(node: str, kind: str, direction: str) -> set[str]:
 
 
 @pytest.mark.parametrize("node", ["driver", "recorder", "identify", "simulator"])
-def test_everything_in_the_graph_is_allowed(
-    listener: Any, start: Callable[..., Any], tmp_path: Path, node: str
-) -> None:
+def test_everything_in_the_graph_is_allowed(listener, start, tmp_path, node):
     options = {
         "driver": ["--ros-args", "-p", f"port:={tmp_path / 'tty'}", "-p", f"zero_file:={tmp_path / 'zero.yaml'}"],
         "recorder": ["--ros-args", "-p", f"folder:={tmp_path}"],
@@ -32,7 +28,7 @@ def test_everything_in_the_graph_is_allowed(
     }
     start(node, *options[node])
 
-    def graph(what: str) -> set[str]:
+    def graph(what):
         try:
             found = getattr(listener.node, f"get_{what}_by_node")(node, "/")
         except RuntimeError:  # not discovered yet
@@ -46,7 +42,7 @@ def test_everything_in_the_graph_is_allowed(
     assert graph("client_names_and_types") <= allowed(node, "service", "request")
 
 
-def test_nobody_but_the_operator_and_the_simulator_may_ask_for_anything() -> None:
+def test_nobody_but_the_operator_and_the_simulator_may_ask_for_anything():
     asking = {
         profile.get("node") for profile in POLICY.iter("profile") if profile.find("services[@request]") is not None
     }
