@@ -27,10 +27,10 @@ RIG = f"""
 parameters: {TABLE_5}
 effects: {{coulomb_friction: {{outer: {{torque: 0.002}}}}}}
 drive: {{}}
-script: [wait: 2, hold: {{theta1: %s, theta2: %s, within: 1}}, wait_for_command, %s]
+script: [wait: 0.5, hold: {{theta1: %s, theta2: %s, within: 0.5}}, wait_for_command, %s]
 """
 SLOWLY = ("--speed", "0.25")
-PULLED_AWAY = "let_go, wait: 3, hold: {theta1: 0.8, theta2: 0.8, within: 0.1}"
+PULLED_AWAY = "let_go, wait: 2, hold: {theta1: 0.8, theta2: 0.8, within: 0.1}"
 Start = Callable[..., Any]
 
 
@@ -63,11 +63,11 @@ def test_it_stands_stops_when_the_rods_are_pulled_away_and_takes_over_again(
 ):
     start_driver("use_sim_time:=true")
     balance = start_balance()
-    again = "wait: 1, hold: {theta1: 0.03, theta2: -0.03, within: 1}, wait_for_command, let_go, wait: 1000"
+    again = "wait: 0.5, hold: {theta1: 0.03, theta2: -0.03, within: 0.5}, wait_for_command, let_go, wait: 1000"
     start_emulator(*SLOWLY, rig=RIG % (-0.05, 0.05, f"{PULLED_AWAY}, {again}"))
     balance.wait_until_it_says("the rods fell")
     (stopped,) = [line for line in balance.said.splitlines() if "stopped" in line]
-    assert float(stopped.split("stopped after ")[1].split()[0]) > 3.0
+    assert float(stopped.split("stopped after ")[1].split()[0]) > 2.0
     assert abs(wait_until_the_cart_rests(listener)) < 0.5
     listener.wait_for(lambda: balance.said.count("balancing") == 2)
     balance.end(signal.SIGKILL)
@@ -86,7 +86,7 @@ def test_it_stops_at_the_rail_s_end_where_a_hand_holds_the_rods(listener, start_
 def test_a_lost_line_stops_cart_and_controller(listener, start_driver, start_emulator, start_balance):
     start_driver("use_sim_time:=true")
     balance = start_balance("--seconds", "60")
-    start_emulator(*SLOWLY, "--unplug-at", "6", "--unplugged-for", "1", rig=RIG % (0.04, 0.04, "let_go, wait: 1000"))
+    start_emulator(*SLOWLY, "--unplug-at", "3", "--unplugged-for", "1", rig=RIG % (0.04, 0.04, "let_go, wait: 1000"))
     assert balance.exit_code() == 3
     assert "samples are missing" in balance.said
     assert abs(wait_until_the_cart_rests(listener)) < 0.5

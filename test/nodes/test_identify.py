@@ -40,7 +40,7 @@ PATIENCE = 300.0
 """Longest wait for an end [s]: the machine may be busy, and may have to compile first."""
 QUICK = ("--config", str(BAGS / "quick.yaml"))
 """A short search and no curves: what is tested here is neither how well it searches nor what it finds."""
-ENDLESS = "{identify: {ros__parameters: {method: iga, search.generations: 1000000}}}"
+ENDLESS = "{identify: {ros__parameters: {method: iga, search.generations: 1000000, named_effects_only: true}}}"
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -289,7 +289,9 @@ def assert_served(client, listener, fit):
 
 def test_it_identifies_again_with_what_configuration_and_bags_say_then(start, client, listener, tmp_path, out):
     config = tmp_path / "some.yaml"
-    config.write_text("identify: {ros__parameters: {window: 2.0, known.m1: 0.13, search.generations: 3}}")
+    config.write_text(
+        "identify: {ros__parameters: {window: 2.0, known.m1: 0.13, search.generations: 3, named_effects_only: true}}"
+    )
     process = start("identify", "--bag", WIDE, "--out", str(out), "--config", str(config))
     client.wait_until_it_serves()
     assert client.values("window", "known.m1") == [2.0, 0.13]
@@ -306,7 +308,7 @@ def test_it_identifies_again_with_what_configuration_and_bags_say_then(start, cl
     listener.wait_for(lambda: any(state.startswith("failed: unknown key") for state in client.states))
     all_is_as_before()
 
-    config.write_text("identify: {ros__parameters: {window: 3.0, method: iga, search.generations: 1000000}}")
+    config.write_text(ENDLESS.replace("{method", "{window: 3.0, method"))
     assert listener.call("/identify/identify_again") == (True, "identifying: ~/state tells when it is done")
     assert listener.call("/identify/identify_again")[0] is False
     all_is_as_before()  # until the new is done
