@@ -60,24 +60,17 @@ def test_residuals_are_those_of_the_initial_states(followed):
     )
 
 
-def test_a_window_s_initial_state_does_not_depend_on_the_others(windows, followed):
-    for window, together in zip(windows, followed.windows, strict=True):
+def test_each_is_at_a_minimum_of_its_own_whatever_the_others_and_the_cores(windows, followed, monkeypatch):
+    for window, together, residual in zip(windows, followed.windows, followed.residuals, strict=True):
         (alone,) = fit_initial_states(MODEL, TRUTH, [window]).windows
         assert alone.start == pytest.approx(together.start, rel=1e-9, abs=1e-12)
-
-
-def test_each_is_at_a_minimum_of_its_own(followed):
-    for window, residual in zip(followed.windows, followed.residuals, strict=True):
-        _, slopes, _ = MODEL.predict_together(TRUTH, [window.start], [window])
+        _, slopes, _ = MODEL.predict_together(TRUTH, [together.start], [together])
         slope = np.einsum("nj,njk->k", residual, slopes)
         scale = np.sqrt(np.sum(residual**2) * np.sum(slopes**2, axis=(0, 1)))
         assert np.abs(slope / scale).max() < 1e-3
-
-
-def test_the_number_of_cores_changes_nothing(windows, followed, monkeypatch):
     monkeypatch.setattr("cdp_ident.machine.parallel.core_count", lambda: 1)
-    alone = fit_initial_states(MODEL, TRUTH, windows)
-    assert all(np.array_equal(a, b) for a, b in zip(alone.residuals, followed.residuals, strict=True))
+    on_one = fit_initial_states(MODEL, TRUTH, windows)
+    assert all(np.array_equal(a, b) for a, b in zip(on_one.residuals, followed.residuals, strict=True))
 
 
 def test_a_chaotic_motion_is_followed_from_rough_initial_states():
@@ -133,12 +126,9 @@ def test_zeros_of_a_trial_that_the_model_does_not_know_are_fitted_with_its_windo
     assert found.rmse() == pytest.approx(followed.rmse(), rel=1e-3)
 
 
-def test_no_window_is_refused():
+def test_no_window_and_one_without_a_motion_are_refused(windows):
     with pytest.raises(IdentificationError, match="nothing to fit: no window of any trial has enough samples"):
         fit_initial_states(MODEL, TRUTH, [])
-
-
-def test_a_window_without_a_motion_is_refused(windows):
     lost = replace(windows[1], start=np.array([0.0, 0.0, 1e6, 0.0]))
     for values, those in ((TRUTH, [windows[0], lost]), (np.full(5, np.nan), windows)):
         with pytest.raises(IdentificationError, match="cannot be computed from the parameters to begin with"):
