@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import rclpy.qos
-from numpy.typing import NDArray
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
@@ -29,7 +28,6 @@ from scenarios.clean_bags import write_clean_bags
 
 pytestmark = pytest.mark.waits
 
-Array = NDArray[np.float64]
 
 BAG = Path(__file__).parents[2] / "bags/swing_folded"
 SLOWLY = ("-p", "frequency:=100.0")
