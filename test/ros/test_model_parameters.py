@@ -8,11 +8,8 @@ from cdp_ident.ros.model_parameters import own_values
 FITTED = {**dict.fromkeys(NOMINAL, 0.5), "groups.c1_over_A22": 0.1, "effects.air_drag.inner.coefficient": 0.001}
 
 
-def test_without_anything_it_is_the_paper_s_pendulum():
+def test_a_fitted_model_s_file_wins_over_the_paper_s_pendulum_and_ros_over_the_file():
     assert own_values({}, {}) == NOMINAL
-
-
-def test_a_fitted_model_s_file_wins_over_that_and_ros_over_the_file():
     own = own_values({"groups.c1_over_A22": 0.2, "rate": 2.0, "std.m1": 0.1}, FITTED)
     assert own == FITTED | {"groups.c1_over_A22": 0.2}
 
