@@ -107,20 +107,19 @@ def test_it_swings_hanging_rods_up_as_planned_and_stands(start_driver, start_emu
     assert balance.exit_code() == 0, balance.said
 
 
-def test_a_plan_that_is_none_is_one_line_and_exit_code_2(start, tmp_path):
-    for name, text in (("fitted.yaml", parameter_file(TABLE_5)), ("plan.json", "{}")):
-        (tmp_path / name).write_text(text)
-    balance = start(str(tmp_path / "fitted.yaml"), "--follow", str(tmp_path / "plan.json"), program=EXAMPLE)
-    assert balance.exit_code() == 2
-    assert "plan.json is no file of swing_up.py" in balance.said
-
-
-def test_a_file_that_is_no_model_is_one_line_and_exit_code_2(start, tmp_path):
-    (tmp_path / "fitted.yaml").write_text(parameter_file({"m1": 0.1}))
-    balance = start(str(tmp_path / "fitted.yaml"), program=EXAMPLE)
+@pytest.mark.parametrize(
+    ("model", "options", "words"),
+    [(TABLE_5, ["--follow"], "plan.json is no file of swing_up.py"), ({"m1": 0.1}, [], "m2")],
+    ids=["plan", "model"],
+)
+def test_a_file_that_is_no_plan_or_no_model_is_one_line_and_exit_code_2(start, tmp_path, model, options, words):
+    (tmp_path / "fitted.yaml").write_text(parameter_file(model))
+    (tmp_path / "plan.json").write_text("{}")
+    given = [word for option in options for word in (option, str(tmp_path / "plan.json"))]
+    balance = start(str(tmp_path / "fitted.yaml"), *given, program=EXAMPLE)
     assert balance.exit_code() == 2
     (line,) = balance.said.splitlines()
-    assert "m2" in line
+    assert words in line
 
 
 @pytest.mark.campaign

@@ -195,25 +195,24 @@ def test_a_measured_swing_is_identified_and_its_errors_printed(tmp_path, capsys)
 # Interrupted
 
 
-def test_ctrl_c_keeps_the_best_so_far(start, tmp_path, out):
+@pytest.mark.parametrize(
+    ("number", "once"),
+    [
+        (signal.SIGINT, ["--once"]),
+        (signal.SIGTERM, []),
+        pytest.param(signal.SIGTERM, ["--once"], marks=pytest.mark.campaign),
+    ],
+)
+def test_ctrl_c_and_sigterm_keep_the_best_so_far_and_end_it(start, tmp_path, out, number, once):
     (tmp_path / "endless.yaml").write_text(ENDLESS)
-    process = start("identify", "--bag", WIDE, "--out", str(out), "--once", "--config", str(tmp_path / "endless.yaml"))
+    process = start("identify", "--bag", WIDE, "--out", str(out), *once, "--config", str(tmp_path / "endless.yaml"))
     process.wait_until_it_says("searching: generation")
-    assert process.end(signal.SIGINT) == 0
+    assert process.end(number) == 0
     report = report_in(out)
     assert report["search"]["stopped"] == "interrupted"
     assert report["warnings"][0]["name"] == "interrupted"
     assert report["before"]["error"]["holdout"]["rmse_rad"] < report["stages"]["nominal"]["holdout"]["rmse_rad"]
     assert "the best so far" in process.said or "its best so far" in process.said
-
-
-@pytest.mark.parametrize("once", [pytest.param(["--once"], marks=pytest.mark.campaign), []], ids=["once", "node"])
-def test_sigterm_keeps_the_best_so_far_and_ends(start, tmp_path, out, once):
-    (tmp_path / "endless.yaml").write_text(ENDLESS)
-    process = start("identify", "--bag", WIDE, "--out", str(out), *once, "--config", str(tmp_path / "endless.yaml"))
-    process.wait_until_it_says("searching: generation")
-    assert process.end(signal.SIGTERM) == 0
-    assert report_in(out)["search"]["stopped"] == "interrupted"
 
 
 # Over DDS
