@@ -8,8 +8,6 @@ import importlib
 import os
 import pickle
 import signal
-from collections.abc import Callable
-from typing import Any
 
 import pytest
 from hypothesis import settings
@@ -65,7 +63,7 @@ def made_once(tmp_path_factory):
     folder = tmp_path_factory.getbasetemp()
     folder = folder.parent if "PYTEST_XDIST_WORKER" in os.environ else folder
 
-    def take(name: str, make: Callable[[], Any]) -> Any:
+    def take(name, make):
         file = folder / f"{name}.pickle"
         with (folder / f"{name}.lock").open("w") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)

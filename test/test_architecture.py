@@ -17,7 +17,7 @@ ROOT = Path(__file__).parents[1]
 DOCUMENT = (ROOT / "docs" / "explanation" / "architecture.md").read_text(encoding="utf-8")
 
 
-def test_the_import_rules_hold() -> None:
+def test_the_import_rules_hold():
     pytest.importorskip("importlinter")
     # In a process of its own: what it writes goes around pytest's capture, and closes it.
     command = [sys.executable, "-c", "from importlinter.cli import lint_imports; exit(lint_imports(no_cache=True))"]
@@ -25,12 +25,12 @@ def test_the_import_rules_hold() -> None:
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-def test_every_subpackage_is_in_the_document() -> None:
+def test_every_subpackage_is_in_the_document():
     subpackages = {path.parent.name for path in (ROOT / "cdp_ident").glob("*/__init__.py")}
     assert set(re.findall(r"(?m)^\| `(\w+)` \|", DOCUMENT)) == subpackages
 
 
-def test_every_subpackage_is_in_the_rules() -> None:
+def test_every_subpackage_is_in_the_rules():
     rules = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
     layers = set(
         re.findall(r"cdp_ident\.(\w+)", rules[rules.index("layers = [") : rules.index("]", rules.index("layers = ["))])
@@ -40,7 +40,7 @@ def test_every_subpackage_is_in_the_rules() -> None:
     assert layers == modules | {path.parent.name for path in package.glob("*/__init__.py")}
 
 
-def test_the_types_that_are_handed_on_are_where_the_document_says() -> None:
+def test_the_types_that_are_handed_on_are_where_the_document_says():
     handed_on = re.findall(r"`(\w+)` \(`([\w/]+\.py)`\)", DOCUMENT)
     assert len(handed_on) > 5
     for name, path in handed_on:
@@ -50,7 +50,7 @@ def test_the_types_that_are_handed_on_are_where_the_document_says() -> None:
         )
 
 
-def test_no_effect_is_known_by_its_name_outside_its_entry() -> None:
+def test_no_effect_is_known_by_its_name_outside_its_entry():
     package = ROOT / "cdp_ident"
     names = {name for effect in CATALOGUE for name in (effect.name, effect.key)}
     entries = package / "model" / "effects"

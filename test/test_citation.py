@@ -10,7 +10,7 @@ import yaml
 ROOT = Path(__file__).parents[1]
 
 
-def test_it_cites_this_version_under_this_licence() -> None:
+def test_it_cites_this_version_under_this_licence():
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text())
     package = ET.parse(ROOT / "package.xml")
     assert citation["title"] == package.findtext("name")
@@ -22,6 +22,6 @@ def test_it_cites_this_version_under_this_licence() -> None:
     assert package.findtext("author") in reuse
 
 
-def test_it_names_the_paper_as_the_readme_does() -> None:
+def test_it_names_the_paper_as_the_readme_does():
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text())
     assert citation["references"][0]["title"] in (ROOT / "README.md").read_text()

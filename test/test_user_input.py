@@ -6,7 +6,7 @@ from cdp_ident.errors import OptionError
 from cdp_ident.user_input import refuse_unknown
 
 
-def test_known_names_pass() -> None:
+def test_known_names_pass():
     refuse_unknown(["L", "g"], {"g", "L"}, "parameter")
 
 
@@ -19,7 +19,7 @@ def test_known_names_pass() -> None:
         ("zzz", [], "none is known here"),
     ],
 )
-def test_an_unknown_name_is_told_with_the_nearest_known_one(name: str, known: list[str], words: str) -> None:
+def test_an_unknown_name_is_told_with_the_nearest_known_one(name, known, words):
     with pytest.raises(OptionError, match="unknown key") as caught:
         refuse_unknown([name], known, "key in 'rig.yaml'")
     assert words in str(caught.value)

@@ -61,11 +61,6 @@ class Fit:
     """(n, 2) measured minus simulated angles of each window, whitened [rad]."""
 
     @cached_property
-    def squared_error(self) -> float:
-        """Sum of the squared residuals [rad^2]: what is minimised, but for outliers."""
-        return float(sum(np.sum(residual**2) for residual in self.residuals))
-
-    @cached_property
     def errors(self) -> tuple[Array, ...]:
         """(n, 2) measured minus simulated theta1 and theta2 of each window [rad]."""
         return tuple(w.angles_of(residual) for w, residual in zip(self.windows, self.residuals, strict=True))

@@ -72,26 +72,19 @@ def test_a_result_has_the_worst_of_its_verdicts(result, verdict):
     assert json.loads(json.dumps(result.as_json))["verdict"] == verdict
 
 
-def test_what_is_as_possible_as_a_name_is_told_beside_it():
+def test_what_is_as_possible_as_a_name_is_told_beside_it_and_one_name_does_not_do_for_two_effects():
     found = judged("coulomb_friction.outer", [DRY], [named("air_drag", "outer", ("coulomb_friction", "outer"))])
     assert "-> air_drag.outer or coulomb_friction outer; " in found.line
-
-
-def test_one_name_does_not_do_for_two_effects():
     twice = [named("coulomb_friction", "outer")] * 2
     assert judged("coulomb_friction.outer", [DRY], twice).false == ("coulomb_friction.outer",)
 
 
-def test_one_of_two_effects_of_one_name_that_is_missed_is_the_one_that_matters_less():
+def test_of_several_effects_those_that_matter_less_may_be_missed():
+    both = judged("a.outer+b.outer", [replace(DRY, visible=0.3), hidden("air_drag", "outer")], [])
+    assert (both.weak, both.missed) == (("coulomb_friction.outer",), ("air_drag.outer",))
     wave, ripple = hidden("cogging_torque", "outer"), hidden("cogging_torque", "outer", visible=0.3)
     one = judged("cogging_torque.outer+cogging_torque.outer", [ripple, wave], [named("cogging_torque", "outer")])
     assert one.verdict == "weak"
-
-
-def test_of_several_effects_those_that_hardly_matter_may_be_missed():
-    both = judged("a.outer+b.outer", [replace(DRY, visible=0.3), hidden("air_drag", "outer")], [])
-    assert both.weak == ("coulomb_friction.outer",)
-    assert both.missed == ("air_drag.outer",)
 
 
 def test_the_table_counts_by_group_and_engine():

@@ -28,17 +28,12 @@ WRONG = result(
 )
 
 
-def test_a_name_is_right_unless_it_is_among_the_false_ones():
+def test_names_are_counted_by_the_probability_that_was_said_and_intervals_by_group():
+    """A name is right unless it is among the false ones."""
     assert trust.names([result(), WRONG]) == [(0.98, True), (0.6, False), (0.8, True)]
-
-
-def test_names_are_counted_by_the_probability_that_was_said():
     assert trust.reliability([result()] * 3 + [WRONG]).rows == [
         ("0.5 to 0.7", "60.0 %", "0 of 1"), ("0.7 to 0.9", "80.0 %", "1 of 1"), ("0.9 to 0.99", "98.0 %", "3 of 3"),
     ]  # fmt: skip
-
-
-def test_intervals_are_counted_by_group():
     assert trust.coverage([result()]).rows == [("single", "5", "80 ± 0 %")]
 
 

@@ -24,10 +24,7 @@ def test_one_that_takes_too_long_is_given_up():
     assert list(each(time.sleep, [600.0], 8, 2.0, failed)) == ["600.0: there was no result after 2 s"]
 
 
-def test_a_piece_alone_has_a_process_of_its_own():
+def test_a_piece_alone_has_a_process_of_its_own_and_what_it_raises_is_raised():
     assert alone(os.getpid) != os.getpid()
-
-
-def test_what_a_piece_alone_raises_is_raised():
     with pytest.raises(RuntimeError, match="math domain error"):
         alone(functools.partial(math.sqrt, -1.0))

@@ -10,64 +10,49 @@ from cdp_ident.errors import OptionError
 
 @pytest.fixture
 def read(tmp_path):
-    def run(text):
+    def run(text, node="identify"):
         file = tmp_path / "some.yaml"
         file.write_text(text)
-        return read_parameter_file(file, "identify").taken()
+        return read_parameter_file(file, node)
 
     return run
 
 
-@pytest.mark.parametrize("name", ["identify", "/identify", "/**", "/*"])
-def test_a_section_of_the_node_or_of_all_nodes_is_read(read, name):
-    assert read(f"{name}: {{ros__parameters: {{window: 2.0}}}}") == {"window": 2.0}
-
-
-def test_nested_and_dotted_names_are_the_same(read):
-    nested = read("identify: {ros__parameters: {nominal: {m1: 0.1, m2: 0.2}}}")
-    assert nested == read("identify: {ros__parameters: {nominal.m1: 0.1, nominal.m2: 0.2}}")
-    assert nested == {"nominal.m1": 0.1, "nominal.m2": 0.2}
-
-
-def test_the_node_s_own_section_wins_over_that_of_all_nodes(read):
-    assert read("identify: {ros__parameters: {g: 1.0}}\n/**: {ros__parameters: {g: 2.0, L: 3.0}}") == {
-        "g": 1.0,
-        "L": 3.0,
-    }
+@pytest.mark.parametrize(
+    ("text", "taken"),
+    [
+        # A section of the node or of all nodes, whose names are nested or dotted.
+        *((f"{name}: {{ros__parameters: {{window: 2.0}}}}", {"window": 2.0})
+          for name in ("identify", "/identify", "/**", "/*")),
+        *((f"identify: {{ros__parameters: {{{names}}}}}", {"nominal.m1": 0.1, "nominal.m2": 0.2})
+          for names in ("nominal: {m1: 0.1, m2: 0.2}", "nominal.m1: 0.1, nominal.m2: 0.2")),
+        # The node's own wins over that of all nodes.
+        ("identify: {ros__parameters: {g: 1.0}}\n/**: {ros__parameters: {g: 2.0, L: 3.0}}", {"g": 1.0, "L": 3.0}),
+        # Sections of other nodes are left alone, and an empty one says nothing.
+        ("driver: {ros__parameters: {port: x}}\nidentify: {ros__parameters: {}}", {}),
+        ("identify: {ros__parameters: }", {}),
+    ],
+)  # fmt: skip
+def test_what_is_for_the_node_is_read(read, text, taken):
+    assert read(text).taken() == taken
 
 
 @pytest.mark.parametrize("key", ["/**/identify", "/rig1/identify", "/*/identify", "/rig1/*", "rig1/identify"])
-def test_keys_are_matched_as_ros_does(tmp_path, key):
-    (tmp_path / "some.yaml").write_text(f"{key}: {{ros__parameters: {{g: 1.0}}}}")
-    assert read_parameter_file(tmp_path / "some.yaml", "/rig1/identify").taken() == {"g": 1.0}
+def test_keys_are_matched_as_ros_does(read, key):
+    assert read(f"{key}: {{ros__parameters: {{g: 1.0}}}}", "/rig1/identify").taken() == {"g": 1.0}
+    nested = "rig1: {identify: {ros__parameters: {g: 1.0}}, driver: {ros__parameters: {}}}"
+    assert read(nested, "/rig1/identify").taken() == {"g": 1.0}
 
 
 @pytest.mark.parametrize("key", ["identify", "/identify", "/*", "/rig2/identify", "/**/driver"])
-def test_keys_for_other_namespaces_and_names_are_not_for_this_node(tmp_path, key):
-    (tmp_path / "some.yaml").write_text(f"{key}: {{ros__parameters: {{g: 1.0}}}}")
+def test_keys_for_other_namespaces_and_names_are_not_for_this_node(read, key):
     with pytest.raises(OptionError, match="says nothing to /rig1/identify"):
-        read_parameter_file(tmp_path / "some.yaml", "/rig1/identify")
+        read(f"{key}: {{ros__parameters: {{g: 1.0}}}}", "/rig1/identify")
 
 
-def test_namespaces_may_be_nested(tmp_path):
-    (tmp_path / "some.yaml").write_text("rig1: {identify: {ros__parameters: {g: 1.0}}, driver: {ros__parameters: {}}}")
-    assert read_parameter_file(tmp_path / "some.yaml", "/rig1/identify").taken() == {"g": 1.0}
-
-
-def test_of_what_is_for_any_node_only_what_is_known_is_taken(tmp_path):
-    (tmp_path / "some.yaml").write_text(
-        "/**: {ros__parameters: {g: 2.0, baud: 3}}\nidentify: {ros__parameters: {window: 1.0, gg: 4.0}}"
-    )
-    found = read_parameter_file(tmp_path / "some.yaml", "identify")
+def test_of_what_is_for_any_node_only_what_is_known_is_taken(read):
+    found = read("/**: {ros__parameters: {g: 2.0, baud: 3}}\nidentify: {ros__parameters: {window: 1.0, gg: 4.0}}")
     assert found.taken({"g", "window"}.__contains__) == {"g": 2.0, "window": 1.0, "gg": 4.0}
-
-
-def test_sections_of_other_nodes_are_left_alone(read):
-    assert read("driver: {ros__parameters: {port: x}}\nidentify: {ros__parameters: {}}") == {}
-
-
-def test_an_empty_section_says_nothing(read):
-    assert read("identify: {ros__parameters: }") == {}
 
 
 @pytest.mark.parametrize(
@@ -91,28 +76,19 @@ def test_a_file_that_is_none_is_refused(read, text, words):
         read(text)
 
 
-def test_bytes_that_are_no_text_are_refused(tmp_path):
+def test_a_missing_file_and_bytes_that_are_no_text_are_refused(tmp_path):
     (tmp_path / "some.yaml").write_bytes(b"\xff\xfe\x00\xd8")
-    with pytest.raises(OptionError, match="not YAML"):
-        read_parameter_file(tmp_path / "some.yaml", "identify")
-
-
-def test_a_missing_file_is_refused(tmp_path):
-    with pytest.raises(OptionError, match=r"there\.yaml cannot be read"):
-        read_parameter_file(tmp_path / "there.yaml", "identify")
-    with pytest.raises(OptionError, match="cannot be read"):
-        read_parameter_file(tmp_path, "identify")
+    for name, words in (
+        ("some.yaml", "not YAML"),
+        ("there.yaml", r"there\.yaml cannot be read"),
+        (".", "cannot be read"),
+    ):
+        with pytest.raises(OptionError, match=words):
+            read_parameter_file(tmp_path / name, "identify")
 
 
 def test_what_is_written_is_read_again(tmp_path):
-    values = {
-        "m1": 0.1,
-        "c2": 1e-7,
-        "std.m1": float("inf"),
-        "L": 4.0,
-        "determined.m1": False,
-        "name": "a: b # c",
-        "n": 3,
-    }
+    values = {"m1": 0.1, "c2": 1e-7, "std.m1": float("inf"), "L": 4.0, "n": 3}
+    values |= {"determined.m1": False, "name": "a: b # c"}
     (tmp_path / "some.yaml").write_text(parameter_file(values, ["a comment"]))
     assert read_parameter_file(tmp_path / "some.yaml", "anyone").for_any == values

@@ -20,21 +20,14 @@ from cdp_ident.search.options import IGA, TGA
 from cdp_ident.trial.options import TrialOptions
 
 
-def test_without_anything_told_all_is_the_library_s_default():
+def test_without_anything_told_all_is_the_library_s_default_and_every_key_has_a_description():
     assert Settings.of({}) == Settings(IdentifyOptions(), TrialOptions())
+    assert [key.name for key in KEYS.values() if not key.description] == []
 
 
 def test_the_values_in_effect_make_the_same_settings_again():
-    settings = Settings.of(
-        {
-            "L": 0.3,
-            "known.m1": 0.11,
-            "known_std.m1": 0.001,
-            "method": "tga",
-            "search.population": 50,
-            "trial.zero": "hanging",
-        }
-    )
+    of_search = {"method": "tga", "search.population": 50}
+    settings = Settings.of({"L": 0.3, "known.m1": 0.11, "known_std.m1": 0.001, "trial.zero": "hanging"} | of_search)
     assert Settings.of(settings.values()).values() == settings.values()
 
 
@@ -50,29 +43,14 @@ def test_weights_are_by_bag_and_rod_and_come_back_as_they_were_given():
     }
     assert {name: value for name, value in settings.values().items() if name.startswith("trials.")} == given
     assert all(is_key(name) and description_of(name).description.startswith("swing.one: ") for name in given)
-
-
-def test_a_weight_that_nothing_more_is_said_of_is_known_to_a_percent_and_a_millimetre():
+    # One of which nothing more is said is known to a percent and a millimetre.
     weight = Settings.of({"trials.two.added.outer": [0.05, 0.3]}).weights["two"]["outer"]
     assert (weight.mass_std, weight.place_std) == pytest.approx((5e-4, 1e-3))
 
 
-def test_every_key_has_a_description():
-    assert [key.name for key in KEYS.values() if not key.description] == []
-
-
 def test_values_arrive_where_they_belong():
-    settings = Settings.of(
-        {
-            "g": 9.8,
-            "nominal.m1": 0.1,
-            "lower.m1": 0.05,
-            "upper.m1": 0.3,
-            "window": 2.0,
-            "seed": 5,
-            "trial.inner_sign": -1,
-        }
-    )
+    of_prior = {"g": 9.8, "nominal.m1": 0.1, "lower.m1": 0.05, "upper.m1": 0.3}
+    settings = Settings.of(of_prior | {"window": 2.0, "seed": 5, "trial.inner_sign": -1})
     prior = settings.identify.prior
     assert (prior.gravity, prior.centre[0], prior.box[0][0], prior.box[1][0]) == (9.8, 0.1, 0.05, 0.3)
     assert (settings.identify.window, settings.identify.seed, settings.trial.inner_sign) == (2.0, 5, -1)
@@ -155,13 +133,8 @@ def test_any_values_make_settings_or_a_refusal(values):
 
 
 def test_what_identify_shows_with_its_result_is_passed_over_in_one_line_and_nothing_else_is():
-    fitted = {
-        "m1": 0.1,
-        "groups.A23_over_A22": 0.1,
-        "std.L": 0.0,
-        "determined.m1": True,
-        "effects.air_drag.inner.x": 1.0,
-    }
+    fitted = {"m1": 0.1, "groups.A23_over_A22": 0.1, "std.L": 0.0, "determined.m1": True}
+    fitted |= {"effects.air_drag.inner.x": 1.0}
     settings = {"L": 0.4, "nominal.m1": 0.1, "trials.one.added.inner": [0.1, 0.2], "windwo": 2.0}
     kept, line = without_results(settings | fitted)
     assert kept == settings

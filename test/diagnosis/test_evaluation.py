@@ -41,18 +41,14 @@ def test_windows_of_the_fewest_samples_have_errors():
     assert np.isfinite(errors_over(TRUTH, windows).sse_free_run)
 
 
-def test_the_truth_leaves_the_noise():
-    errors = errors_over(TRUTH, WINDOWS)
+def test_the_truth_leaves_the_noise_and_worse_values_more():
+    errors, worse = (errors_over(values, WINDOWS) for values in (TRUTH, NOMINAL))
     assert errors.rmse == pytest.approx(NOISE, rel=0.02)
     assert errors.rmse**2 == pytest.approx((errors.rmse_theta1**2 + errors.rmse_theta2**2) / 2)
     # From a start that was estimated from 2.5 s, 10 s of a nearly chaotic motion are followed less well.
     assert NOISE**2 * TWIN.theta.size * 0.9 < errors.sse_free_run < 50 * NOISE**2 * TWIN.theta.size
-
-
-def test_worse_values_leave_more():
-    errors = errors_over(NOMINAL, WINDOWS)
-    assert errors.rmse > 10 * NOISE
-    assert errors.sse_free_run > 10
+    assert worse.rmse > 10 * NOISE
+    assert worse.sse_free_run > 10
 
 
 def test_a_trial_whose_whole_motion_cannot_be_computed_leaves_an_infinite_error():
@@ -62,15 +58,11 @@ def test_a_trial_whose_whole_motion_cannot_be_computed_leaves_an_infinite_error(
     assert errors_of(senseless, [TWIN]) == replace(errors_of(fit, [TWIN]), sse_free_run=np.inf)
 
 
-def test_a_free_run_counts_only_the_windows_asked_for():
-    parts = [errors_over(TRUTH, [window]).sse_free_run for window in WINDOWS]
-    assert sum(parts) == pytest.approx(errors_over(TRUTH, WINDOWS).sse_free_run)
-
-
-def test_free_runs_of_trials_add_up():
-    windows = cut_into_windows([TWIN, TWIN])
+def test_free_runs_of_the_windows_asked_for_and_of_trials_add_up():
     alone = errors_over(TRUTH, WINDOWS)
-    both = errors_over(TRUTH, windows, [TWIN, TWIN])
+    parts = [errors_over(TRUTH, [window]).sse_free_run for window in WINDOWS]
+    assert sum(parts) == pytest.approx(alone.sse_free_run)
+    both = errors_over(TRUTH, cut_into_windows([TWIN, TWIN]), [TWIN, TWIN])
     assert both.sse_free_run == pytest.approx(2 * alone.sse_free_run)
     assert both.rmse == pytest.approx(alone.rmse)
 
@@ -86,7 +78,7 @@ def test_a_free_run_of_the_second_trial_has_the_effects_of_the_second_trial():
     assert without.sse_free_run > 10 * with_slip.sse_free_run
 
 
-def test_the_fit_in_per_cent_is_that_of_the_norms_over_all_windows():
+def test_the_fit_in_per_cent_is_that_of_the_norms_over_all_windows_100_without_error_and_0_for_the_mean():
     fit = fit_initial_states(MODEL, NOMINAL, WINDOWS)
     expected = []
     for column in range(2):
@@ -96,10 +88,6 @@ def test_the_fit_in_per_cent_is_that_of_the_norms_over_all_windows():
     assert fit_per_cent(fit) == pytest.approx(expected)
     errors = errors_of(fit, [TWIN])
     assert (errors.fit_theta1, errors.fit_theta2) == pytest.approx(expected)
-
-
-def test_a_model_that_says_nothing_but_the_mean_has_a_fit_of_0_and_one_without_error_of_100():
-    fit = fit_initial_states(MODEL, TRUTH, WINDOWS)
-    means = tuple(window.theta - window.theta.mean(axis=0) for window in WINDOWS)
+    means = tuple(window.theta - window.theta.mean(axis=0) for window in fit.windows)
     assert fit_per_cent(replace(fit, residuals=means)) == pytest.approx([0, 0])
     assert fit_per_cent(replace(fit, residuals=tuple(0 * mean for mean in means))) == pytest.approx([100, 100])

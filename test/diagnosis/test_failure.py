@@ -62,7 +62,3 @@ def test_angles_that_are_off_all_the_time_are_no_other_motion():
     fit = replace(right, residuals=tuple(residual + 0.5 for residual in right.residuals))
     assert fit.rmse() == pytest.approx(0.5, rel=1e-3)
     refuse_a_failed_fit((fit, fit), NOISE)
-
-
-def test_a_fit_that_failed_has_an_exit_code_of_its_own():
-    assert FitFailedError.exit_code == 3

@@ -33,37 +33,26 @@ def identified(**options):
     return identify([trial()], [], IdentifyOptions(prior=prior, **options))
 
 
-def determined(found):
-    return identifiability(found)
-
-
 def test_a_free_swing_shows_all_five_groups_and_no_physical_value():
-    result = determined(identified())
-    assert result.undetermined == ()
-    assert result.determined_physical == ()
-    assert result.unobservable == ()
-    assert "determine no physical value" in " ".join(result.words)
-
-
-def test_combinations_come_with_falling_singular_values_and_unit_length():
-    directions = determined(identified()).directions
-    values = [direction.singular_value for direction in directions]
-    assert values == sorted(values, reverse=True)
-    assert len(values) == len(GROUPS) + 1  # L, of which something is known beforehand
-    assert all(sum(power**2 for power in d.exponents.values()) == pytest.approx(1.0) for d in directions)
-
-
-def test_a_combination_s_singular_value_is_the_inverse_of_its_uncertainty_where_residuals_are_white():
     found = identified()
-    for direction in determined(found).directions:
-        gradient = np.array(list(direction.exponents.values())) / found.fit.values
-        std = np.sqrt(gradient @ found.covariance @ gradient)
-        assert 0.5 < std * direction.singular_value < 2.0
+    result = identifiability(found)
+    assert (result.undetermined, result.determined_physical, result.unobservable) == ((), (), ())
+    assert "determine no physical value" in " ".join(result.words)
+    # Combinations come with falling singular values and unit length; L, of which something is known, is among them.
+    values = [direction.singular_value for direction in result.directions]
+    assert values == sorted(values, reverse=True)
+    assert len(values) == len(GROUPS) + 1
+    for direction in result.directions:
+        powers = np.array(list(direction.exponents.values()))
+        assert np.sum(powers**2) == pytest.approx(1.0)
+        # The singular value is the inverse of the uncertainty where residuals are white.
+        gradient = powers / found.fit.values
+        assert 0.5 < np.sqrt(gradient @ found.covariance @ gradient) * direction.singular_value < 2.0
 
 
 def test_each_tradeoff_leaves_the_groups_as_they_are_and_together_they_are_all_there_is():
     found = identified()
-    tradeoffs = determined(found).tradeoffs
+    tradeoffs = identifiability(found).tradeoffs
     assert len(tradeoffs) == len(SYMBOLS) - len(GROUPS)
     before = groups_of(found.physical.values, 0.4)
     moves = []
@@ -75,33 +64,30 @@ def test_each_tradeoff_leaves_the_groups_as_they_are_and_together_they_are_all_t
     assert np.linalg.matrix_rank(moves) == len(moves)
 
 
-def test_scaling_all_masses_inertias_and_frictions_is_named_first():
-    first = determined(identified()).tradeoffs[0]
+def test_the_common_factor_is_named_first_and_m1_cannot_be_told_from_j1():
+    first, *others = identifiability(identified()).tradeoffs
     assert set(first.changes) == {"m1", "m2", "m0", "J1", "J2", "c1", "c2"}
     assert str(first).endswith("can all be multiplied by one factor without changing the motion")
-
-
-def test_m1_cannot_be_told_from_j1():
-    assert any(set(tradeoff.changes) == {"m1", "J1", "l1"} for tradeoff in determined(identified()).tradeoffs)
+    assert any(set(tradeoff.changes) == {"m1", "J1", "l1"} for tradeoff in others)
 
 
 def test_measuring_what_is_asked_for_makes_everything_determinable():
-    asked = determined(identified()).to_measure
+    asked = identifiability(identified()).to_measure
     assert asked == ("m1", "m2", "m0", "l1")
-    result = determined(identified(known=asked))
+    result = identifiability(identified(known=asked))
     assert result.determined_physical == SYMBOLS
     assert (result.tradeoffs, result.to_measure) == ((), ())
     assert any("determine l2, J1, J2, c1 and c2" in sentence for sentence in result.words)
 
 
 def test_a_measured_mass_fixes_the_scale():
-    result = determined(identified(known=("m1",)))
+    result = identifiability(identified(known=("m1",)))
     assert not any("m1" in tradeoff.changes for tradeoff in result.tradeoffs)
     assert result.to_measure == ("m2", "m0", "l1")
 
 
 def test_with_length_and_gravity_free_they_cannot_be_told_from_a1():
-    result = determined(identified(length_std=np.inf, gravity_std=np.inf))
+    result = identifiability(identified(length_std=np.inf, gravity_std=np.inf))
     (tradeoff,) = result.unobservable
     assert tradeoff.changes == pytest.approx({"a1_over_A22": 1.0, "L": -1.0, "g": -1.0}, abs=1e-6)
     assert set(result.undetermined) == {"a1_over_A22", "L", "g"}
@@ -109,7 +95,7 @@ def test_with_length_and_gravity_free_they_cannot_be_told_from_a1():
 
 @pytest.mark.parametrize(("free", "word"), [("length_std", "strength of g"), ("gravity_std", "strength of L")])
 def test_length_or_gravity_alone_is_determined_on_the_strength_of_the_other(free, word):
-    result = determined(identified(**({"length_std": 0.0} | {free: np.inf})))
+    result = identifiability(identified(**({"length_std": 0.0} | {free: np.inf})))
     assert (result.undetermined, result.unobservable) == ((), ())
     assert any(word in sentence for sentence in result.words)
 
@@ -120,7 +106,7 @@ def identified_with_a_weight(**options):
 
 
 def test_a_weight_determines_A22_and_takes_the_common_factor_away():  # noqa: N802 - a symbol
-    result = determined(identified_with_a_weight())
+    result = identifiability(identified_with_a_weight())
     assert result.determined_physical == ("c1", "c2")
     assert result.to_measure == ("m1", "m2", "m0")
     assert len(result.tradeoffs) == len(SYMBOLS) - len(GROUPS) - 1
@@ -131,12 +117,12 @@ def test_a_weight_determines_A22_and_takes_the_common_factor_away():  # noqa: N8
 
 def test_a_weight_that_is_known_badly_does_not_determine_A22():  # noqa: N802 - a symbol
     found = identified_with_a_weight()
-    result = determined(replace(found, inertia=replace(found.inertia, relative_std=0.3)))
+    result = identifiability(replace(found, inertia=replace(found.inertia, relative_std=0.3)))
     assert any(words.startswith("A22 is not determined by the weight in two") for words in result.words)
 
 
 def test_with_a_weight_even_length_and_gravity_are_told_apart():
-    result = determined(identified_with_a_weight(length_std=np.inf, gravity_std=np.inf))
+    result = identifiability(identified_with_a_weight(length_std=np.inf, gravity_std=np.inf))
     assert (result.undetermined, result.unobservable) == ((), ())
 
 
@@ -144,7 +130,7 @@ def test_a_friction_with_a_wide_interval_is_not_determined_and_no_part_of_a_trad
     found = identified()
     wide = found.covariance.copy()
     wide[3, 3] = (0.3 * found.fit.values[3]) ** 2
-    result = determined(replace(found, covariance=wide))
+    result = identifiability(replace(found, covariance=wide))
     assert result.undetermined == ("c1_over_A22",)
     assert any(sentence.startswith("c1 / A22 is not determined") for sentence in result.words)
     assert not any("c1" in tradeoff.changes for tradeoff in result.tradeoffs)
@@ -152,7 +138,7 @@ def test_a_friction_with_a_wide_interval_is_not_determined_and_no_part_of_a_trad
 
 def test_of_an_impossible_mechanism_no_physical_value_is_spoken():
     found = identified()
-    result = determined(replace(found, physical=replace(found.physical, possible=False)))
+    result = identifiability(replace(found, physical=replace(found.physical, possible=False)))
     assert result.tradeoffs == ()
     assert not any("physical value" in sentence for sentence in result.words)
 

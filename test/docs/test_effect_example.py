@@ -15,7 +15,7 @@ DOCUMENT = (ROOT / "docs/how_to/effect.md").read_text(encoding="utf-8")
 
 
 @pytest.fixture(scope="module")
-def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def copy(tmp_path_factory):
     """Return a copy of what the example needs, with the effect added as the document says."""
     folder = tmp_path_factory.mktemp("copy")
     for name in ("cdp_ident", "reference", "scenarios", "test/model"):
@@ -35,13 +35,13 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def _block(language: str) -> str:
+def _block(language):
     found = re.search(rf"```{language}\n(.*?)```", DOCUMENT, re.DOTALL)
     assert found
     return found[1]
 
 
-def test_the_catalogue_s_tests_try_it_and_pass(copy: Path) -> None:
+def test_the_catalogue_s_tests_try_it_and_pass(copy):
     (command,) = re.findall(r"(?m)^\.venv/bin/python -m (pytest .*)$", DOCUMENT)
     done = subprocess.run(
         [sys.executable, "-m", *command.split(), "-p", "no:cacheprovider", "-q"],
@@ -53,7 +53,7 @@ def test_the_catalogue_s_tests_try_it_and_pass(copy: Path) -> None:
     assert int(passed[1]) >= 6
 
 
-def test_it_can_be_given_in_a_file_and_moves_a_pendulum(copy: Path) -> None:
+def test_it_can_be_given_in_a_file_and_moves_a_pendulum(copy):
     program = """
 from cdp_ident.configuration.fitted_model import fitted_model
 from cdp_ident.model.parameters import NOMINAL

@@ -13,14 +13,14 @@ ROOT = Path(__file__).parents[2]
 DOCUMENT = (ROOT / "docs/reference/nodes.md").read_text(encoding="utf-8")
 
 
-def test_the_document_is_what_the_nodes_say() -> None:
+def test_the_document_is_what_the_nodes_say():
     command = [sys.executable, "docs/node_reference.py"]
     made = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True).stdout
     assert made == DOCUMENT, "python docs/node_reference.py > docs/reference/nodes.md"
 
 
 @pytest.mark.parametrize("section", DOCUMENT.split("\n## ")[1:], ids=lambda section: section.split("\n", 1)[0])
-def test_a_node_s_help_names_all_its_topics_and_services(section: str) -> None:
+def test_a_node_s_help_names_all_its_topics_and_services(section):
     _, help_text, table = re.split(r"```(?:text)?", section, maxsplit=2)
     ends = re.findall(r"(?m)^\| (?:publishes|subscribes|serves) \| (\S+) \| (\S+) \|$", table)
     assert ends
@@ -29,7 +29,7 @@ def test_a_node_s_help_names_all_its_topics_and_services(section: str) -> None:
         assert kind in help_text or name == "/clock"
 
 
-def test_every_parameter_has_a_meaning() -> None:
+def test_every_parameter_has_a_meaning():
     rows = re.findall(r"(?m)^\| `([\w.]+)` \| (\w+) \| (.*?) \| (.*?) \| (.*) \|$", DOCUMENT)
     assert len(rows) > 100
     assert [name for name, _, _, _, meaning in rows if not meaning.strip()] == []

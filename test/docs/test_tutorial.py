@@ -8,9 +8,7 @@ import shutil
 import signal
 import subprocess
 import time
-from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -33,7 +31,7 @@ BLOCKS = re.findall(r"```sh\n(.*?)```", DOCUMENT, re.DOTALL)
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(tmp_path_factory):
     """Return the reader's folder, with the rig's file that the page has, and nothing else."""
     folder = tmp_path_factory.mktemp("home") / "tutorial"
     rig = re.search(r"```yaml\n(.*?)```", DOCUMENT, re.DOTALL)
@@ -44,7 +42,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def shell(folder: Path) -> Iterator[Callable[[str], "subprocess.Popen[str]"]]:
+def shell(folder):
     """Return what starts commands in a terminal that was set up as the page says.
 
     Without ROS, that terminal knows nothing of the package beforehand. What is left running is ended with the test.
@@ -55,9 +53,9 @@ def shell(folder: Path) -> Iterator[Callable[[str], "subprocess.Popen[str]"]]:
         environment["PATH"] = os.defpath
         for name in ("PYTHONPATH", "AMENT_PREFIX_PATH", "COLCON_PREFIX_PATH", "VIRTUAL_ENV"):
             environment.pop(name, None)
-    started: list[subprocess.Popen[str]] = []
+    started = []
 
-    def start(commands: str) -> subprocess.Popen[str]:
+    def start(commands):
         if WITHOUT_ROS:
             commands = re.sub(r"(?m)^ros2 (service|param) .*$", "", commands)
             commands = commands.replace("ros2 run cdp_ident", "python3 -m cdp_ident")
@@ -76,13 +74,11 @@ def shell(folder: Path) -> Iterator[Callable[[str], "subprocess.Popen[str]"]]:
 
 
 @pytest.mark.waits
-def test_it_leads_from_wiring_to_a_controller_that_stands(
-    folder: Path, shell: Callable[[str], "subprocess.Popen[str]"]
-) -> None:
+def test_it_leads_from_wiring_to_a_controller_that_stands(folder, shell):
     *_, new_folder, nodes, zero, identify, suggest, heavier, again, linearize, balance, live = BLOCKS
     assert new_folder == "mkdir ~/tutorial\ncd ~/tutorial\n"
 
-    def record(commands: str, trials: int, zero: str = "") -> None:
+    def record(commands, trials, zero=""):
         *before, driver, recorder, rig = commands.splitlines()
         do("\n".join(before))
         running = shell(f"{driver}\n{recorder}")
@@ -96,13 +92,13 @@ def test_it_leads_from_wiring_to_a_controller_that_stands(
             os.killpg(process.pid, signal.SIGTERM)
             process.communicate(timeout=PATIENCE)
 
-    def do(commands: str) -> str:
+    def do(commands):
         done = shell(commands)
         output, _ = done.communicate(timeout=3 * PATIENCE)
         assert done.returncode == 0, f"{commands}{output}"
         return output
 
-    def fitted() -> dict[str, Any]:
+    def fitted():
         return read_parameter_file(folder / "found/fitted.yaml", "identify").taken()
 
     record(nodes, 3, zero)
@@ -130,7 +126,7 @@ def test_it_leads_from_wiring_to_a_controller_that_stands(
     assert "balanced for 3.0 s" in do(f"{live}kill %1 %2")
 
 
-def _topics() -> str:
+def _topics():
     """Return the names of the recorder's topics, once it is there."""
     import rclpy  # noqa: PLC0415 - the context lives as long as the question
 
@@ -144,7 +140,7 @@ def _topics() -> str:
     return " ".join(names)
 
 
-def _wait_until(condition: Callable[[], bool], running: "subprocess.Popen[str]") -> None:
+def _wait_until(condition, running):
     deadline = time.monotonic() + PATIENCE
     while not condition():
         assert running.poll() is None, running.communicate()

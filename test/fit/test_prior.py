@@ -28,16 +28,21 @@ def test_without_anything_known_it_is_the_paper_s_rig():
     assert not np.any(prior.is_known)
 
 
-def test_nominal_values_move_the_box():
-    prior = Prior(nominal={"m1": 0.2, "L": 0.3})
-    assert of(prior.centre, "m1") == 0.2
-    assert prior.length == 0.3
-    assert [of(limit, "m1") for limit in prior.box] == [0.1, 0.4]
-
-
-def test_given_limits_take_the_place_of_the_paper_s():
-    prior = Prior(lower={"m1": 0.0}, upper={"m1": 0.5})
-    assert [of(limit, "m1") for limit in prior.box] == [0.0, 0.5]
+@pytest.mark.parametrize(
+    ("given", "symbol", "limits"),
+    [
+        ({"nominal": {"m1": 0.2, "L": 0.3}}, "m1", [0.1, 0.4]),
+        # Given limits take the place of the paper's.
+        ({"lower": {"m1": 0.0}, "upper": {"m1": 0.5}}, "m1", [0.0, 0.5]),
+        # It may be missing from the rig.
+        ({"nominal": {"m0": 0.0}}, "m0", [0.0, 0.0]),
+    ],
+)
+def test_the_box_is_about_nominal_values_or_as_it_is_given(given, symbol, limits):
+    prior = Prior(**given)
+    assert [of(limit, symbol) for limit in prior.box] == limits
+    nominal = NOMINAL | given.get("nominal", {})
+    assert (of(prior.centre, symbol), prior.length) == (nominal[symbol], nominal["L"])
 
 
 def test_a_known_value_takes_the_place_of_the_nominal_one_and_is_surer():
@@ -47,11 +52,6 @@ def test_a_known_value_takes_the_place_of_the_nominal_one_and_is_surer():
     assert of(prior.relative_std, "m1") == pytest.approx(0.01)
     assert of(prior.relative_std, "l1") == pytest.approx(0.005)
     assert of(prior.relative_std, "m2") > 0.3
-
-
-def test_m0_may_be_missing_from_the_rig():
-    prior = Prior(nominal={"m0": 0.0})
-    assert [of(limit, "m0") for limit in prior.box] == [0.0, 0.0]
 
 
 @pytest.mark.parametrize(

@@ -21,10 +21,13 @@ def truth(trial):
     return np.column_stack([np.sin(7.0 * time), np.cos(11.0 * time)])
 
 
-def test_the_motion_is_not_changed():
-    fewer = thinned(swing(), 10)
-    assert len(fewer.time) == 2000
+def test_neither_the_motion_nor_the_cart_s_is_changed_and_it_says_how_many_samples_there_were():
+    fewer = thinned(swing(cart=True), 10)
+    assert fewer.notes == ("20000 samples were averaged into 2000, 10 into one: the motion is slower than that",)
     assert np.abs(fewer.theta - truth(fewer))[1:-1].max() < 5e-7
+    assert fewer.cart == pytest.approx(0.1 * np.sin(5.0 * (fewer.time + fewer.start)), abs=1e-6)
+    few = swing(rate=50.0)
+    assert thinned(few, 1) is few
 
 
 def test_noise_is_averaged_and_stays_nearly_white():
@@ -39,19 +42,3 @@ def test_lost_samples_do_not_shift_it():
     kept = np.random.default_rng(1).uniform(size=len(trial.time)) > 0.3
     fewer = thinned(Trial("film", trial.time[kept], trial.theta[kept]), 10)
     assert np.abs(fewer.theta - truth(fewer))[1:-1].max() < 2e-5
-
-
-def test_the_cart_goes_with_it():
-    fewer = thinned(swing(cart=True), 10)
-    assert fewer.cart == pytest.approx(0.1 * np.sin(5.0 * (fewer.time + fewer.start)), abs=1e-6)
-
-
-def test_it_says_how_many_samples_there_were():
-    assert thinned(swing(), 10).notes == (
-        "20000 samples were averaged into 2000, 10 into one: the motion is slower than that",
-    )
-
-
-def test_nothing_is_done_where_samples_are_few():
-    trial = swing(rate=50.0)
-    assert thinned(trial, 1) is trial

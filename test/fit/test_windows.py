@@ -34,15 +34,12 @@ def test_windows_hold_every_sample_once_and_are_about_as_long_as_asked(seconds, 
     assert len(windows) == max(1, round(trial.duration / duration))
 
 
-def test_a_window_of_any_length_is_the_whole_trial():
+def test_windows_know_their_trial_and_when_they_begin_and_one_of_any_length_is_the_whole_trial():
+    windows = cut_into_windows([TWIN, TWIN])
+    assert [(window.trial, window.begin) for window in windows] == [(k, 2.5 * n) for k in (0, 1) for n in range(4)]
     (whole,) = cut_into_windows([TWIN], np.inf)
     assert np.array_equal(whole.theta, TWIN.theta)
     assert np.array_equal(whole.time, TWIN.time)
-
-
-def test_windows_know_their_trial_and_when_they_begin():
-    windows = cut_into_windows([TWIN, TWIN])
-    assert [(window.trial, window.begin) for window in windows] == [(k, 2.5 * n) for k in (0, 1) for n in range(4)]
 
 
 def test_a_window_with_too_few_samples_is_left_out():
@@ -51,12 +48,8 @@ def test_a_window_with_too_few_samples_is_left_out():
     assert [window.begin for window in cut_into_windows([trial])] == [0.0]
 
 
-def test_the_first_start_is_near_the_true_one():
-    start = cut_into_windows([TWIN])[0].start
-    assert np.abs(start - TABLE_3).max() < 0.3
-
-
-def test_a_start_is_estimated_from_its_own_window_alone():
+def test_a_start_is_estimated_near_the_true_one_from_its_own_window_alone():
+    assert np.abs(cut_into_windows([TWIN])[0].start - TABLE_3).max() < 0.3
     theta = TWIN.theta.copy()
     theta[500:1000] = 1e3
     for before, after in zip(cut_into_windows([TWIN]), cut_into_windows([replace(TWIN, theta=theta)]), strict=True):
@@ -70,17 +63,13 @@ def test_a_cart_that_rests_has_no_acceleration(cart):
     assert not np.any(cut_into_windows([trial])[0].u)
 
 
-def test_every_window_of_a_moving_cart_has_its_stretch_of_the_acceleration():
-    trial = replace(TWIN, cart=0.1 * np.sin(3 * TWIN.time))
-    for window in cut_into_windows([trial]):
+def test_every_window_of_a_moving_cart_has_its_stretch_of_the_acceleration_and_so_have_its_first_samples():
+    windows = cut_into_windows([replace(TWIN, cart=0.1 * np.sin(3 * TWIN.time))])
+    for window in windows:
         expected = -0.9 * np.sin(3 * (window.begin + window.grid.half_step_times()))
         # A natural spline is straight at the ends of the trial.
         assert np.abs(window.u - expected)[100:-100].max() < 0.01
-
-
-def test_its_first_samples_go_on_from_the_same_initial_state_with_the_same_cart():
-    trial = replace(TWIN, cart=0.1 * np.sin(3 * TWIN.time))
-    window = cut_into_windows([trial])[1]
+    window = windows[1]
     first = window.shortened(200)
     assert np.array_equal(first.theta, window.theta[:200])
     assert np.array_equal(first.time, window.time[:200])

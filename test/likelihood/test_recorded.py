@@ -34,19 +34,11 @@ PARTED = replace(TRIAL, breaks=(600, 1000))
 WITH_HELD_OUT = data_of(PartedTrial(PARTED, frozenset([1]), TRIAL), PartedTrial(TRIAL, frozenset([0]), TRIAL))
 
 
-def test_held_out_stretches_and_trials_are_not_in_what_is_fitted():
-    of = fitted_recorded(WITH_HELD_OUT, 0.2, np.inf)
-    assert [swing.trial for swing in of.swings] == [0, 0]
-    assert [(swing.begin, len(swing.time)) for swing in of.swings] == [(0.0, 600), (5.0, 600)]
-
-
-def test_they_are_in_all_that_was_measured():
-    of = all_recorded(WITH_HELD_OUT, 0.2)
-    assert [(swing.trial, len(swing.time)) for swing in of.swings] == [(0, len(TIME)), (1, len(TIME))]
-
-
-def test_nodes_are_a_spacing_in_time_units_apart():
-    for spacing in (0.2, 0.5):
+def test_held_out_stretches_and_trials_are_not_in_what_is_fitted_but_in_all_that_was_measured():
+    of, everything = fitted_recorded(WITH_HELD_OUT, 0.2, np.inf), all_recorded(WITH_HELD_OUT, 0.2)
+    assert [(swing.trial, swing.begin, len(swing.time)) for swing in of.swings] == [(0, 0.0, 600), (0, 5.0, 600)]
+    assert [(swing.trial, len(swing.time)) for swing in everything.swings] == [(0, len(TIME)), (1, len(TIME))]
+    for spacing in (0.2, 0.5):  # of nodes, in time units
         (first, *_) = fitted_recorded(WITH_HELD_OUT, spacing, np.inf).swings
         assert first.spacing == pytest.approx(spacing * UNIT, abs=0.5 * SCALES.step)
 
@@ -85,15 +77,12 @@ def test_a_long_recording_is_looked_at_in_pieces_spread_evenly(long):
     assert gaps.max() < 2.5 * 160.0 / len(begins)
 
 
-def test_more_is_looked_at_where_more_is_enough_and_all_of_it_in_one_piece_in_the_end(long):
+def test_more_is_looked_at_where_more_is_enough_from_one_piece_to_all_of_it_in_one(long):
+    assert len(fitted_recorded(long, 0.2, 0.1).swings) == 1
     few, more = (fitted_recorded(long, 0.2, enough).swings for enough in (40.0, 80.0))
     assert {swing.begin for swing in few} < {swing.begin for swing in more}
     (whole,) = fitted_recorded(long, 0.2, 1000.0).swings
     assert len(whole.time) == 20 * len(TIME)
-
-
-def test_at_least_one_piece_is_looked_at(long):
-    assert len(fitted_recorded(long, 0.2, 0.1).swings) == 1
 
 
 def test_states_begin_near_the_motion():

@@ -36,11 +36,15 @@ def scored(found, keys=CANDIDATES):
     return scores(found, [ActiveEffect(known(key)) for key in keys])
 
 
-def test_what_is_hidden_has_the_best_score(rubbing):
-    best, *others = scored(rubbing)
+def test_what_is_hidden_has_the_best_score_and_each_the_one_that_it_has_alone(rubbing):
+    together = scored(rubbing)
+    best, *others = together
     assert best.active.effect.key == "coulomb_friction.outer"
     assert best.misfit < -10.0
     assert best.misfit < min(other.misfit for other in others) - 2.0
+    for score in together:
+        (alone,) = scored(rubbing, [score.active.effect.key])
+        assert alone.misfit == pytest.approx(score.misfit, abs=1e-3)
 
 
 def test_a_score_foresees_the_misfit_the_strength_and_the_other_values_that_a_fit_then_has(clean):
@@ -55,21 +59,12 @@ def test_a_score_foresees_the_misfit_the_strength_and_the_other_values_that_a_fi
         np.testing.assert_allclose(added, std[:5], rtol=0.15)
 
 
-def test_without_anything_hidden_no_score_promises_much(clean):
+def test_without_anything_hidden_no_score_promises_much_and_strengths_stay_within_their_limits(clean):
     assert min((score.misfit for score in scored(clean)), default=0.0) > -8.0
-
-
-def test_strengths_stay_within_their_limits(clean):
     for score in scored(clean):
         lower, upper = np.transpose([(p.lower, p.upper) for p in score.active.fitted])
         assert np.all((score.values >= lower) & (score.values <= upper))
-
-
-def test_scores_of_several_effects_are_those_of_each_alone(rubbing):
-    together = {score.active.effect.key: score for score in scored(rubbing)}
-    for key, score in together.items():
-        (alone,) = scored(rubbing, [key])
-        assert alone.misfit == pytest.approx(score.misfit, abs=1e-3)
+    assert all(shock.gain < 25.0 for of_kind in shocks(clean) for shock in of_kind.values())
 
 
 @pytest.mark.parametrize("joint", ["inner", "outer"])
@@ -104,9 +99,3 @@ def pushed(rod):
         return (torque, 0.0) if rod == "inner" else (0.0, torque)
 
     return pendulum.motion(TABLE_5, (1.5, 1.2, 0.0, 0.0), TIME, torque=push, tolerance=1e-9)[:, :2]
-
-
-def test_without_a_shock_none_gains_more_than_chance(clean):
-    for of_kind in shocks(clean):
-        for shock in of_kind.values():
-            assert shock.gain < 25.0

@@ -67,7 +67,7 @@ def swept(swing, own=None, all_nodes=False):
 @pytest.mark.parametrize("seed", range(4))
 def test_they_solve_the_problem_of_all_states_impulses_and_unknowns_together(seed):
     swing = problem(np.random.default_rng(seed))
-    dense, (logarithm, triangles, others, deviations, _, torques, _) = Dense(swing), swept(swing)
+    dense, (logarithm, triangles, others, deviations, spreads, torques, freedom) = Dense(swing), swept(swing)
     nodes, n, d = swing.transitions.shape
     np.testing.assert_allclose(deviations[:, :n], dense.states @ dense.solution + dense.constants, atol=1e-9)
     np.testing.assert_allclose(deviations[:, n:], np.tile(dense.solution[n:d], (nodes, 1)), atol=1e-9)
@@ -77,30 +77,20 @@ def test_they_solve_the_problem_of_all_states_impulses_and_unknowns_together(see
     whole = logarithm + 2.0 * np.sum(np.log(np.abs(np.diag(triangles[0]))))
     of_impulses = 2.0 * np.log(swing.sizes[:-1]).sum()
     assert whole == pytest.approx(np.linalg.slogdet(dense.matrix.T @ dense.matrix)[1] + of_impulses)
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_covariances_at_each_node_and_of_each_impulse_are_those_of_that_problem(seed):
-    swing = problem(np.random.default_rng(seed))
-    dense, (_, _, _, _, spreads, torques, _) = Dense(swing), swept(swing)
+    # So are the covariances at each node and of each impulse,
     for spread, states in zip(spreads, dense.states, strict=True):
         both = np.vstack([states, dense.of_unknowns])
         np.testing.assert_allclose(spread, both @ dense.covariance @ both.T, atol=1e-9)
-    np.testing.assert_allclose(torques[:-1, 1].ravel(), np.sqrt(np.diag(dense.covariance)[dense.d :]), atol=1e-9)
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_degrees_of_freedom_are_what_readings_and_impulses_take(seed):
-    swing = problem(np.random.default_rng(seed))
-    dense, (*_, torques, freedom) = Dense(swing), swept(swing)
+    variances = np.diag(dense.covariance)[d:].reshape(-1, 2)
+    np.testing.assert_allclose(torques[:-1, 1], np.sqrt(variances), atol=1e-9)
+    # and the degrees of freedom that readings and impulses take.
     taken = np.einsum("sje,ef,sjf->j", dense.shown, dense.covariance, dense.shown)
-    of_impulses = np.diag(dense.covariance)[dense.d :].reshape(-1, 2) / swing.sizes[:-1] ** 2
     np.testing.assert_allclose(freedom[0], taken)
-    np.testing.assert_allclose(freedom[1], np.sum(1.0 - of_impulses, axis=0))
+    np.testing.assert_allclose(freedom[1], np.sum(1.0 - variances / swing.sizes[:-1] ** 2, axis=0))
     np.testing.assert_allclose(freedom[2], np.sum((dense.shown @ dense.solution + dense.left) ** 2, axis=0))
     np.testing.assert_allclose(freedom[3], np.sum((torques[:-1, 0] / swing.sizes[:-1]) ** 2, axis=0))
     # What is determined in all: the state, the unknowns, and as much of the impulses as readings decide.
-    assert freedom[0].sum() == pytest.approx(dense.d + freedom[1].sum())
+    assert freedom[0].sum() == pytest.approx(d + freedom[1].sum())
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -122,7 +122,7 @@ def test_a_superfluous_effect_makes_the_model_less_likely():
 def test_what_cannot_be_the_motion_of_a_pendulum_is_told():
     rng = np.random.default_rng(9)
     with pytest.raises(IdentificationError, match="motion"):
-        found_in([Trial("noise", TIME, np.cumsum(rng.normal(size=(len(TIME), 2)), axis=1))])
+        found_in([Trial("noise", TIME[:400], np.cumsum(rng.normal(size=(400, 2)), axis=1))])
 
 
 @pytest.mark.parametrize(("mass", "place"), [(0.3, 0.3), (0.1, 0.1)])

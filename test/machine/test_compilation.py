@@ -39,7 +39,7 @@ def loop_over_lanes():
     return numba.njit((table, reals, table, real, indices, table, table, reals), **options)(kernel.py_func)
 
 
-def _counted(assembly: str) -> collections.Counter[tuple[str, str]]:
+def _counted(assembly):
     """Return how often each operation is there, on one number (sd) or on several (pd)."""
     return collections.Counter(
         re.findall(r"^\s+v?(div|mul|add|sub|fn?m(?:add|sub)\d*)(pd|sd)\b", assembly, re.MULTILINE)

@@ -37,11 +37,8 @@ def chromosome(values):
     return np.array([values[symbol] for symbol in SYMBOLS])
 
 
-def test_nominal_values_are_table_2():
+def test_nominal_values_are_table_2_and_the_chromosome_is_equation_8_with_its_second_m1_mended():
     assert pytest.approx(TABLE_2) == NOMINAL
-
-
-def test_the_chromosome_is_equation_8_with_its_second_m1_mended():
     assert SYMBOLS == ("m1", "m2", "m0", "l1", "l2", "J1", "J2", "c1", "c2")
 
 
@@ -52,15 +49,13 @@ def test_the_default_box_is_equation_9_its_lines_exchanged_and_lower_frictions_a
         lowest /= 10
     assert parameter.nominal * parameter.lower_factor == pytest.approx(lowest, rel=0.01)
     assert parameter.nominal * parameter.upper_factor == pytest.approx(highest, rel=0.01)
+    assert parameter.description
+    assert parameter.unit
 
 
 def test_the_papers_own_results_lie_in_the_default_box_but_not_in_the_printed_one():
     assert all(p.nominal * p.lower_factor < TABLE_5[p.symbol] < p.nominal * p.upper_factor for p in PARAMETERS)
     assert TABLE_5["c2"] < EQUATION_9["c2"][0]
-
-
-def test_every_parameter_has_a_description_and_a_unit():
-    assert all(parameter.description and parameter.unit for parameter in PARAMETERS)
 
 
 def test_groups_of_table_2_are_those_computed_by_hand():
@@ -94,18 +89,14 @@ def test_groups_are_exactly_five_independent_numbers(values):
     assert np.linalg.matrix_rank(jacobian, tol=1e-4) == len(GROUPS) == 5
 
 
-def test_groups_of_many_chromosomes_are_the_groups_of_each():
+def test_groups_of_many_chromosomes_are_the_groups_of_each_and_coefficients_have_length_and_gravity_too():
     many = np.array([[chromosome(TABLE_2), chromosome(TABLE_5)]] * 3)
     assert groups_of(many, 0.4).shape == (3, 2, 5)
     np.testing.assert_array_equal(groups_of(many, 0.4)[1, 1], groups_of(chromosome(TABLE_5), 0.4))
-    assert coefficients_of(groups_of(many, 0.4), 0.4, 9.81).shape == (3, 2, len(COEFFICIENTS))
-
-
-def test_coefficients_are_the_groups_then_the_length_and_gravity():
-    coefficients = physical_coefficients(TABLE_2)
-    np.testing.assert_array_equal(coefficients[:5], groups_of(chromosome(TABLE_2), 0.4))
-    np.testing.assert_array_equal(coefficients[5:], [0.4, 9.81])
-    np.testing.assert_array_equal(coefficients, coefficients_of(groups_of(chromosome(TABLE_2), 0.4), 0.4, 9.81))
+    coefficients = coefficients_of(groups_of(many, 0.4), 0.4, 9.81)
+    assert coefficients.shape == (3, 2, len(COEFFICIENTS))
+    np.testing.assert_array_equal(coefficients[1, 0], physical_coefficients(TABLE_2))
+    np.testing.assert_array_equal(coefficients[1, 0], [*groups_of(chromosome(TABLE_2), 0.4), 0.4, 9.81])
 
 
 @pytest.mark.parametrize(

@@ -193,10 +193,7 @@ def bend(theta1, theta2=0.0, alpha1=0.0, cart=0.0):
     return (readings_of(COEFFICIENTS, motion, np.zeros((2, 0)), 0.01, acting) - [theta1, theta2 - theta1])[0]
 
 
-def test_a_rod_that_falls_freely_along_its_end_is_straight():
+def test_a_rod_that_falls_freely_along_its_end_is_straight_and_a_cart_bends_it_as_gravity_would():
     assert bend(0.7, 0.2, V["g"] * np.sin(0.7) / V["L"]) == pytest.approx([0.0, 0.0], abs=1e-12)
-
-
-def test_a_cart_that_is_pushed_bends_the_rod_as_gravity_along_it_would():
     assert bend(0.5 * np.pi) == pytest.approx([-1.0, -0.5])
     assert bend(0.0, cart=-V["g"]) == pytest.approx([-1.0, -0.5])

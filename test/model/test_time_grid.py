@@ -16,23 +16,14 @@ def step_of_each_sample(grid):
     return np.repeat(np.arange(grid.steps), np.diff(grid.first_sample))
 
 
-def test_the_default_step_is_the_papers():
-    assert DEFAULT_STEP == 0.005
-
-
 @given(times=ascending_times, step=steps)
-def test_every_sample_lies_in_exactly_one_step_and_within_it(times, step):
+def test_every_sample_lies_in_exactly_one_step_and_within_it_and_no_step_is_made_after_the_last(times, step):
     grid = TimeGrid.over(times, step)
     assert grid.first_sample[0] == 0
     assert grid.first_sample[-1] == len(times)
     begin = step_of_each_sample(grid) * step
     assert np.all(times >= begin - 1e-9)
     assert np.all(times <= begin + step * (1 + 1e-6))
-
-
-@given(times=ascending_times, step=steps)
-def test_no_step_is_made_after_the_last_sample(times, step):
-    grid = TimeGrid.over(times, step)
     assert (grid.steps - 1) * step < times[-1] or grid.steps == 1
 
 
@@ -61,16 +52,14 @@ def test_a_grid_that_is_extended_has_more_steps_and_the_same_samples():
     assert (longer.steps, longer.step) == (grid.steps + 3, grid.step)
     np.testing.assert_array_equal(longer.place, grid.place)
     np.testing.assert_array_equal(longer.weights, grid.weights)
-
-
-def test_inputs_are_looked_at_from_the_start_to_the_end_of_the_last_step():
-    times = TimeGrid.over(np.array([0.0, 0.012]), 0.005).half_step_times()
-    np.testing.assert_allclose(times, [0, 0.0025, 0.005, 0.0075, 0.01, 0.0125, 0.015])
+    # Inputs are looked at from the start to the end of the last step.
+    np.testing.assert_allclose(grid.half_step_times(), [0, 0.0025, 0.005, 0.0075, 0.01, 0.0125, 0.015])
 
 
 def test_the_grid_keeps_pace_over_an_hour():
     times = np.arange(3_600 * 200) / 200.0
     grid = TimeGrid.over(times)
+    assert grid.step == DEFAULT_STEP == 0.005  # the paper's
     assert grid.steps == len(times) - 1
 
 

@@ -7,9 +7,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Any
 
 import pytest
 import rclpy
@@ -32,7 +30,7 @@ PATIENCE = 300.0
 class Process:
     """One node, started as a user would."""
 
-    def __init__(self, log: Path, *arguments: str, program: Sequence[str] = ("-m", "cdp_ident")) -> None:
+    def __init__(self, log, *arguments, program=("-m", "cdp_ident")):
         self.log = log
         with log.open("w") as output:
             self.popen = subprocess.Popen(
@@ -40,11 +38,11 @@ class Process:
             )
 
     @property
-    def said(self) -> str:
+    def said(self):
         """Everything it printed so far."""
         return self.log.read_text()
 
-    def wait_until_it_says(self, words: str, *, once_more: bool = False) -> None:
+    def wait_until_it_says(self, words, *, once_more=False):
         """Wait until it has printed something, or printed it once more; if it ends without, tell what it said."""
         enough = self.said.count(words) + 1 if once_more else 1
         deadline = time.monotonic() + PATIENCE
@@ -53,11 +51,11 @@ class Process:
             assert time.monotonic() < deadline, f"it did not say {words!r} within {PATIENCE:g} s: {self.said}"
             time.sleep(0.02)
 
-    def exit_code(self) -> int:
+    def exit_code(self):
         """Wait until it ends by itself."""
         return self.popen.wait(timeout=PATIENCE)
 
-    def end(self, number: int = signal.SIGINT) -> int:
+    def end(self, number=signal.SIGINT):
         """Send a signal, wait for the end and return the exit code."""
         if self.popen.poll() is None:
             self.popen.send_signal(number)
@@ -67,15 +65,15 @@ class Process:
 class Listener:
     """Hears what the nodes publish, and calls their services."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         self.context = rclpy.Context()
         rclpy.init(context=self.context)
         self.node = rclpy.create_node("listener", context=self.context)
-        self.joint_states: list[JointState] = []
-        self.diagnostics: list[Any] = []
-        self.statuses: list[Any] = []
-        self.states: list[str] = []
-        self.bags: list[Path] = []
+        self.joint_states = []
+        self.diagnostics = []
+        self.statuses = []
+        self.states = []
+        self.bags = []
         reliable = rclpy.qos.QoSProfile(depth=20000)
         self.node.create_subscription(JointState, "joint_states", self.joint_states.append, reliable)
         self.node.create_subscription(DiagnosticArray, "/diagnostics", self._take_diagnostics, 100)
@@ -91,53 +89,53 @@ class Listener:
         self.thread = threading.Thread(target=self._spin)
         self.thread.start()
 
-    def _take_diagnostics(self, message: Any) -> None:
+    def _take_diagnostics(self, message):
         self.statuses += message.status
         self.diagnostics += [status for status in message.status if status.name == "/driver"]
 
-    def _spin(self) -> None:
+    def _spin(self):
         while not self.stopping:
             self.executor.spin_once(timeout_sec=0.05)
 
-    def close(self) -> None:
+    def close(self):
         """End listening."""
         self.stopping = True
         self.thread.join()
         self.node.destroy_node()
         rclpy.shutdown(context=self.context)
 
-    def wait_for(self, condition: Callable[[], Any]) -> None:
+    def wait_for(self, condition):
         """Wait until a condition holds."""
         deadline = time.monotonic() + PATIENCE
         while not condition():
             assert time.monotonic() < deadline, f"it did not happen within {PATIENCE:g} s"
             time.sleep(0.02)
 
-    def call(self, service: str) -> tuple[bool, str]:
+    def call(self, service):
         """Call a Trigger service."""
         response = self._call(Trigger, service, Trigger.Request())
         return response.success, response.message
 
-    def set_parameter(self, node: str, name: str, value: Any) -> tuple[bool, str]:
+    def set_parameter(self, node, name, value):
         """Ask a node to change a parameter."""
         request = SetParametersAtomically.Request(parameters=[Parameter(name, value=value).to_parameter_msg()])
         result = self._call(SetParametersAtomically, f"{node}/set_parameters_atomically", request).result
         return result.successful, result.reason
 
-    def get_parameter(self, node: str, name: str) -> Any:
+    def get_parameter(self, node, name):
         """Return the present value of a node's parameter."""
         return self.get_parameters(node, [name])[name]
 
-    def get_parameters(self, node: str, names: Sequence[str]) -> dict[str, Any]:
+    def get_parameters(self, node, names):
         """Return the present values of several of a node's parameters, asked for at once."""
         values = self._call(GetParameters, f"{node}/get_parameters", GetParameters.Request(names=names)).values
         return {name: parameter_value_to_python(value) for name, value in zip(names, values, strict=True)}
 
-    def parameter_names(self, node: str) -> list[str]:
+    def parameter_names(self, node):
         """Return the names of a node's parameters."""
         return list(self._call(ListParameters, f"{node}/list_parameters", ListParameters.Request()).result.names)
 
-    def _call(self, kind: Any, service: str, request: Any) -> Any:
+    def _call(self, kind, service, request):
         client = self.node.create_client(kind, service)
         try:
             assert client.wait_for_service(timeout_sec=PATIENCE)
@@ -145,13 +143,13 @@ class Listener:
         finally:
             self.node.destroy_client(client)
 
-    def answer(self, ask: Callable[[], Any]) -> Any:
+    def answer(self, ask):
         """Return a service's answer; ask again where a request went to a node that was killed but not yet forgotten.
 
         A slow answer to the first request is still the answer: asked once more, a node may say that it is busy.
         """
         deadline = time.monotonic() + PATIENCE
-        futures: list[Any] = []
+        futures = []
         while time.monotonic() < deadline:
             futures.append(ask())
             ask_again = time.monotonic() + 3.0
@@ -162,11 +160,11 @@ class Listener:
                 time.sleep(0.02)
         raise AssertionError(f"no service answered within {PATIENCE:g} s")
 
-    def level(self) -> int | None:
+    def level(self):
         """Return the level of the latest diagnostics."""
         return self.diagnostics[-1].level[0] if self.diagnostics else None
 
-    def value(self, key: str) -> str:
+    def value(self, key):
         """Return a value of the latest diagnostics."""
         return (
             next((value.value for value in self.diagnostics[-1].values if value.key == key), "")
@@ -174,24 +172,24 @@ class Listener:
             else ""
         )
 
-    def count(self, key: str) -> int:
+    def count(self, key):
         """Return a counter of the latest diagnostics."""
         return int(self.value(key) or 0)
 
 
 @pytest.fixture
-def listener() -> Iterator[Listener]:
+def listener():
     result = Listener()
     yield result
     result.close()
 
 
 @pytest.fixture
-def start(tmp_path: Path) -> Iterator[Callable[..., Process]]:
+def start(tmp_path):
     """Start nodes; whatever still runs at the end is stopped, and must stop cleanly."""
-    processes: list[Process] = []
+    processes = []
 
-    def start_one(*arguments: str, **program: Sequence[str]) -> Process:
+    def start_one(*arguments, **program):
         processes.append(Process(tmp_path / f"log{len(processes)}", *arguments, **program))
         return processes[-1]
 
@@ -210,10 +208,10 @@ def start(tmp_path: Path) -> Iterator[Callable[..., Process]]:
 
 
 @pytest.fixture
-def start_driver(start: Callable[..., Process], tmp_path: Path) -> Callable[..., Process]:
+def start_driver(start, tmp_path):
     """Start a driver for the port tmp_path/tty whose zero is kept in tmp_path/zero.yaml."""
 
-    def start_one(*parameters: str, port: str = "tty") -> Process:
+    def start_one(*parameters, port="tty"):
         given = [f"port:={tmp_path / port}", f"zero_file:={tmp_path / 'zero.yaml'}", *parameters]
         return start("driver", "--ros-args", *(word for parameter in given for word in ("-p", parameter)))
 
@@ -221,10 +219,10 @@ def start_driver(start: Callable[..., Process], tmp_path: Path) -> Callable[...,
 
 
 @pytest.fixture
-def start_emulator(start: Callable[..., Process], tmp_path: Path) -> Callable[..., Process]:
+def start_emulator(start, tmp_path):
     """Start an emulator behind tmp_path/tty; `rig` is its YAML file's text."""
 
-    def start_one(*options: str, rig: str = "{script: [wait: 1000]}", link: str = "tty") -> Process:
+    def start_one(*options, rig="{script: [wait: 1000]}", link="tty"):
         (tmp_path / "rig.yaml").write_text(rig)
         return start("emulator", "--link", str(tmp_path / link), "--rig", str(tmp_path / "rig.yaml"), *options)
 

@@ -5,9 +5,6 @@
 import math
 import signal
 import time
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -22,14 +19,13 @@ HANGING = "{rate: 100, script: [wait: 1000]}"
 """What is asked of most nodes does not depend on the rate, and each message takes its time."""
 PERIOD_NS = 1e7
 SWING = "{rate: 200, script: [hold: {theta1: 2.0, theta2: 2.0, within: 0.5}, wait: 0.5, let_go, wait: 1000]}"
-Start = Callable[..., Any]
 
 
-def stamps(listener: Any) -> Any:
+def stamps(listener):
     return np.array([state.header.stamp.sec * 10**9 + state.header.stamp.nanosec for state in listener.joint_states])
 
 
-def uneven(listener: Any, period_ns: float) -> int:
+def uneven(listener, period_ns):
     """Return between how many samples the stamps keep not the device's spacing, but for restarts of the clock's fit.
 
     On a busy machine the emulator itself may be so late that the fit has to start anew.
@@ -38,9 +34,7 @@ def uneven(listener: Any, period_ns: float) -> int:
     return int(np.sum(off)) - listener.count("clock fits begun anew")
 
 
-def test_the_drivers_life_with_a_good_rig(
-    listener: Any, start_driver: Start, start_emulator: Start, tmp_path: Path
-) -> None:
+def test_the_drivers_life_with_a_good_rig(listener, start_driver, start_emulator, tmp_path):
     driver = start_driver()
     listener.wait_for(lambda: listener.level() == ERROR)
     assert "no port" in listener.diagnostics[-1].message
@@ -78,9 +72,7 @@ def test_the_drivers_life_with_a_good_rig(
     listener.wait_for(lambda: listener.level() == OK)  # with the zero that was kept
 
 
-def test_damage_on_the_line_is_counted_and_never_published(
-    listener: Any, start_driver: Start, start_emulator: Start
-) -> None:
+def test_damage_on_the_line_is_counted_and_never_published(listener, start_driver, start_emulator):
     start_driver("codec:=text")
     start_emulator("--codec", "text", "--flips", "0.0005", "--losses", "0.0005", "--bursts", "1", rig=SWING)
     listener.wait_for(lambda: listener.count("lost") > 20 and len(listener.joint_states) > 800)
@@ -95,12 +87,12 @@ def test_damage_on_the_line_is_counted_and_never_published(
 
 
 def test_resets_roll_over_and_replugging_under_another_name_are_lived_through_and_no_zero_taken_while_it_swings(
-    listener: Any, start_driver: Start, start_emulator: Start, tmp_path: Path
-) -> None:
+    listener, start_driver, start_emulator, tmp_path
+):
     start_driver(port="tty*")
     start_emulator(
-        *("--first-count", "2147483600", "--first-time", "4294000000", "--reset-at", "5", "--unplug-at", "9"),
-        *("--unplugged-for", "1.5", "--replug-as", str(tmp_path / "ttyB")),
+        *("--first-count", "2147483600", "--first-time", "4294000000", "--reset-at", "2.5", "--unplug-at", "4.5"),
+        *("--unplugged-for", "1.2", "--replug-as", str(tmp_path / "ttyB")),
         rig=SWING.replace("theta1: 2.0", "theta1: 3.6").replace("rate: 200", "rate: 100"),
     )
     listener.wait_for(lambda: listener.count("device resets") == 1)
@@ -118,7 +110,7 @@ def test_resets_roll_over_and_replugging_under_another_name_are_lived_through_an
     assert "moved by" in message
 
 
-def test_a_silent_rig_is_stale(listener: Any, start_driver: Start, start_emulator: Start) -> None:
+def test_a_silent_rig_is_stale(listener, start_driver, start_emulator):
     start_driver()
     start_emulator("--stall-every", "4", "--stall-for", "3", rig=HANGING)
     listener.wait_for(lambda: any(status.level[0] == STALE for status in listener.diagnostics))
@@ -127,13 +119,13 @@ def test_a_silent_rig_is_stale(listener: Any, start_driver: Start, start_emulato
     assert listener.count("clock fits begun anew") == 0
 
 
-def test_a_wrong_codec_is_told_in_the_log_too(start_driver: Start, start_emulator: Start) -> None:
+def test_a_wrong_codec_is_told_in_the_log_too(start_driver, start_emulator):
     start_emulator("--codec", "text").wait_until_it_says("the rig is at")
     start_driver().wait_until_it_says("are codec and baud right?")
 
 
 @pytest.mark.campaign
-def test_a_kilohertz_comes_through_without_loss(listener: Any, start_driver: Start, start_emulator: Start) -> None:
+def test_a_kilohertz_comes_through_without_loss(listener, start_driver, start_emulator):
     start_driver()
     start_emulator("--delay", "0.005", rig="{rate: 1000, script: [wait: 1000]}")
     listener.wait_for(lambda: len(listener.joint_states) > 5000)
@@ -146,27 +138,25 @@ class Cart:
 
     RIG = "{rate: 100, drive: {speed: 0.2, rail: 0.1}, script: [wait: 1000]}"
 
-    def __init__(self, listener: Any) -> None:
+    def __init__(self, listener):
         self.listener, self.commands = listener, listener.node.create_publisher(Float64, "cart_command", 10)
 
     @property
-    def positions(self) -> list[float]:
+    def positions(self):
         return [state.position[0] for state in self.listener.joint_states[-50:]]
 
-    def drive(self, acceleration: float) -> bool:
+    def drive(self, acceleration):
         """Send a command; return whether it is off the middle."""
         self.commands.publish(Float64(data=acceleration))
         return bool(self.positions) and abs(self.positions[-1]) > 0.03
 
-    def wait_until_it_rests(self) -> None:
+    def wait_until_it_rests(self):
         self.listener.joint_states.clear()
         self.listener.wait_for(lambda: len(self.positions) == 50 and np.ptp(self.positions) == 0.0)
         assert abs(self.positions[-1]) <= 0.1
 
 
-def test_a_commanded_cart_stops_when_the_commands_stop_or_the_driver_is_killed(
-    listener: Any, start_driver: Start, start_emulator: Start
-) -> None:
+def test_a_commanded_cart_stops_when_the_commands_stop_or_the_driver_is_killed(listener, start_driver, start_emulator):
     start_emulator(rig=Cart.RIG)
     driver, cart = start_driver("cart_sign:=-1"), Cart(listener)
     listener.wait_for(lambda: cart.drive(0.5))
@@ -184,23 +174,21 @@ def test_a_commanded_cart_stops_when_the_commands_stop_or_the_driver_is_killed(
     assert cart.positions[-1] == rest
 
 
-def test_a_commanded_cart_stops_when_the_line_is_lost(
-    listener: Any, start_driver: Start, start_emulator: Start
-) -> None:
+def test_a_commanded_cart_stops_when_the_line_is_lost(listener, start_driver, start_emulator):
     start_driver()
     cart = Cart(listener)
     listener.wait_for(lambda: listener.level() == ERROR)
-    start_emulator("--unplug-at", "6", rig=Cart.RIG)
+    start_emulator("--unplug-at", "3", rig=Cart.RIG)
     listener.wait_for(lambda: cart.drive(0.1) and listener.value("times unplugged") == "1")
     cart.wait_until_it_rests()
 
 
 def test_faster_than_real_time_stamps_are_the_rigs_time_and_velocities_come_on_request(
-    listener: Any, start_driver: Start, start_emulator: Start
-) -> None:
+    listener, start_driver, start_emulator
+):
     start_driver("use_sim_time:=true", "velocity_window:=0.1")
     start_emulator("--speed", "4", rig=HANGING)
-    listener.wait_for(lambda: len(listener.joint_states) > 1000)
+    listener.wait_for(lambda: len(listener.joint_states) > 500)
     assert uneven(listener, PERIOD_NS) <= 0
     assert listener.count("lost") == 0
     assert list(listener.joint_states[-1].velocity) == pytest.approx([0.0, 0.0, 0.0], abs=1e-9)
@@ -213,18 +201,16 @@ def test_faster_than_real_time_stamps_are_the_rigs_time_and_velocities_come_on_r
         ("inner_joint:=''", "inner_joint"),
     ],
 )
-def test_a_wrong_parameter_is_one_line_and_exit_code_2(
-    capfd: pytest.CaptureFixture[str], tmp_path: Path, parameter: str, words: str
-) -> None:
+def test_a_wrong_parameter_is_one_line_and_exit_code_2(capfd, tmp_path, parameter, words):
     assert words in refused(capfd, f"zero_file:={tmp_path / 'zero.yaml'}", parameter)
 
 
-def test_a_damaged_zero_file_is_one_line_and_exit_code_2(capfd: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_a_damaged_zero_file_is_one_line_and_exit_code_2(capfd, tmp_path):
     (tmp_path / "zero.yaml").write_text("nonsense")
     assert "zero.yaml" in refused(capfd, f"port:={tmp_path / 'tty'}", f"zero_file:={tmp_path / 'zero.yaml'}")
 
 
-def refused(capfd: pytest.CaptureFixture[str], *parameters: str) -> str:
+def refused(capfd, *parameters):
     """Return the one line with which a driver ends that is given these parameters."""
     assert main(["--ros-args", *(word for parameter in parameters for word in ("-p", parameter))]) == 2
     (line,) = capfd.readouterr().err.splitlines()

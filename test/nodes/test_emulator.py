@@ -2,15 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The emulator's command line."""
 
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any
-
 import pytest
 
 from cdp_ident.nodes.emulator import main
-
-Start = Callable[..., Any]
 
 
 @pytest.mark.parametrize(
@@ -24,9 +18,7 @@ Start = Callable[..., Any]
         ([], "something else is there"),
     ],
 )
-def test_wrong_arguments_are_told_with_exit_code_2(
-    tmp_path: Path, arguments: list[str], words: str, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_wrong_arguments_are_told_with_exit_code_2(tmp_path, arguments, words, capfd):
     (tmp_path / "tty").write_text("mine")
     assert main(["--link", str(tmp_path / "tty"), *arguments]) == 2
     (line,) = [line for line in capfd.readouterr().err.splitlines() if not line.startswith("[INFO]")]
@@ -35,7 +27,7 @@ def test_wrong_arguments_are_told_with_exit_code_2(
     assert (tmp_path / "tty").read_text() == "mine"
 
 
-def test_a_port_that_cannot_come_back_ends_it_in_one_line(start_emulator: Start, tmp_path: Path) -> None:
+def test_a_port_that_cannot_come_back_ends_it_in_one_line(start_emulator, tmp_path):
     (tmp_path / "mine").write_text("mine")
     emulator = start_emulator("--unplug-at", "0.1", "--unplugged-for", "0.1", "--replug-as", str(tmp_path / "mine"))
     assert emulator.exit_code() == 2
@@ -44,7 +36,7 @@ def test_a_port_that_cannot_come_back_ends_it_in_one_line(start_emulator: Start,
     assert (tmp_path / "mine").read_text() == "mine"
 
 
-def test_help_tells_the_faults(start: Start) -> None:
+def test_help_tells_the_faults(start):
     emulator = start("emulator", "--help")
     assert emulator.exit_code() == 0
     for words in ("--unplug-at", "/clock", "--ros-args", "example:"):
@@ -52,7 +44,7 @@ def test_help_tells_the_faults(start: Start) -> None:
 
 
 @pytest.mark.campaign  # it compiles
-def test_ctrl_c_while_it_compiles_is_not_lost(start: Start, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ctrl_c_while_it_compiles_is_not_lost(start, tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     emulator = start("emulator", "--link", str(tmp_path / "rig"), "--ros-args", "--log-level", "debug")
     emulator.wait_until_it_says("emulator")  # the node is made

@@ -40,7 +40,7 @@ PATIENCE = 300.0
 """Longest wait for an end [s]: the machine may be busy, and may have to compile first."""
 QUICK = ("--config", str(BAGS / "quick.yaml"))
 """A short search and no curves: what is tested here is neither how well it searches nor what it finds."""
-ENDLESS = "{identify: {ros__parameters: {method: iga, search.generations: 1000000}}}"
+ENDLESS = "{identify: {ros__parameters: {method: iga, search.generations: 1000000, named_effects_only: true}}}"
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -195,25 +195,24 @@ def test_a_measured_swing_is_identified_and_its_errors_printed(tmp_path, capsys)
 # Interrupted
 
 
-def test_ctrl_c_keeps_the_best_so_far(start, tmp_path, out):
+@pytest.mark.parametrize(
+    ("number", "once"),
+    [
+        (signal.SIGINT, ["--once"]),
+        (signal.SIGTERM, []),
+        pytest.param(signal.SIGTERM, ["--once"], marks=pytest.mark.campaign),
+    ],
+)
+def test_ctrl_c_and_sigterm_keep_the_best_so_far_and_end_it(start, tmp_path, out, number, once):
     (tmp_path / "endless.yaml").write_text(ENDLESS)
-    process = start("identify", "--bag", WIDE, "--out", str(out), "--once", "--config", str(tmp_path / "endless.yaml"))
+    process = start("identify", "--bag", WIDE, "--out", str(out), *once, "--config", str(tmp_path / "endless.yaml"))
     process.wait_until_it_says("searching: generation")
-    assert process.end(signal.SIGINT) == 0
+    assert process.end(number) == 0
     report = report_in(out)
     assert report["search"]["stopped"] == "interrupted"
     assert report["warnings"][0]["name"] == "interrupted"
     assert report["before"]["error"]["holdout"]["rmse_rad"] < report["stages"]["nominal"]["holdout"]["rmse_rad"]
     assert "the best so far" in process.said or "its best so far" in process.said
-
-
-@pytest.mark.parametrize("once", [pytest.param(["--once"], marks=pytest.mark.campaign), []], ids=["once", "node"])
-def test_sigterm_keeps_the_best_so_far_and_ends(start, tmp_path, out, once):
-    (tmp_path / "endless.yaml").write_text(ENDLESS)
-    process = start("identify", "--bag", WIDE, "--out", str(out), *once, "--config", str(tmp_path / "endless.yaml"))
-    process.wait_until_it_says("searching: generation")
-    assert process.end(signal.SIGTERM) == 0
-    assert report_in(out)["search"]["stopped"] == "interrupted"
 
 
 # Over DDS
@@ -289,7 +288,9 @@ def assert_served(client, listener, fit):
 
 def test_it_identifies_again_with_what_configuration_and_bags_say_then(start, client, listener, tmp_path, out):
     config = tmp_path / "some.yaml"
-    config.write_text("identify: {ros__parameters: {window: 2.0, known.m1: 0.13, search.generations: 3}}")
+    config.write_text(
+        "identify: {ros__parameters: {window: 2.0, known.m1: 0.13, search.generations: 3, named_effects_only: true}}"
+    )
     process = start("identify", "--bag", WIDE, "--out", str(out), "--config", str(config))
     client.wait_until_it_serves()
     assert client.values("window", "known.m1") == [2.0, 0.13]
@@ -306,7 +307,7 @@ def test_it_identifies_again_with_what_configuration_and_bags_say_then(start, cl
     listener.wait_for(lambda: any(state.startswith("failed: unknown key") for state in client.states))
     all_is_as_before()
 
-    config.write_text("identify: {ros__parameters: {window: 3.0, method: iga, search.generations: 1000000}}")
+    config.write_text(ENDLESS.replace("{method", "{window: 3.0, method"))
     assert listener.call("/identify/identify_again") == (True, "identifying: ~/state tells when it is done")
     assert listener.call("/identify/identify_again")[0] is False
     all_is_as_before()  # until the new is done

@@ -18,7 +18,7 @@ READ_ONLY = ["unshare", "--map-root-user", "--mount", "sh", "-c", MOUNT]
 
 
 @pytest.fixture
-def disk(tmp_path: Path) -> Path:
+def disk(tmp_path):
     """A folder with a bag, for READ_ONLY."""
     if subprocess.run([*READ_ONLY, tmp_path, "true"], check=False, capture_output=True).returncode:
         pytest.skip("no disks may be mounted here")
@@ -37,7 +37,7 @@ def disk(tmp_path: Path) -> Path:
         ("compare_searches --bag bag --out found", "cannot be written to"),
     ],
 )
-def test_nothing_is_begun_that_could_not_be_kept(disk: Path, command: str, words: str) -> None:
+def test_nothing_is_begun_that_could_not_be_kept(disk, command, words):
     arguments = [*READ_ONLY, disk, sys.executable, "-m", "cdp_ident", *command.split()]
     done = subprocess.run(arguments, check=False, capture_output=True, text=True)
     assert done.returncode == 2
@@ -46,7 +46,7 @@ def test_nothing_is_begun_that_could_not_be_kept(disk: Path, command: str, words
     assert "Read-only file system" in line
 
 
-def test_a_bag_is_read_from_it(disk: Path) -> None:
+def test_a_bag_is_read_from_it(disk):
     code = "from cdp_ident.bag.reader import *; print(len(read_joint_states(Path('bag'), 'joint_states').stamps))"
     done = subprocess.run([*READ_ONLY, disk, sys.executable, "-c", code], check=True, capture_output=True)
     assert int(done.stdout) == len(read_joint_states(BAG, "joint_states").stamps)

@@ -7,9 +7,7 @@ import json
 import math
 import signal
 import time
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -32,7 +30,6 @@ from cdp_ident.trial.options import TrialOptions
 
 pytestmark = pytest.mark.waits
 
-Start = Callable[..., Any]
 TRIAL = """
 rate: 100
 parameters: {c1: 0.1, c2: 0.05}
@@ -44,9 +41,9 @@ repeat: 100
 JOINTS = {"rig1": ("upper", "lower"), "rig2": ("inner_joint", "outer_joint")}
 
 
-def stamps(bag: Path) -> Any:
+def stamps(bag):
     with AnyReader([bag], default_typestore=typestore()) as reader:
-        messages: list[Any] = [
+        messages = [
             reader.deserialize(raw, connection.msgtype)
             for connection, _, raw in reader.messages()
             if connection.topic == "/joint_states"
@@ -54,7 +51,7 @@ def stamps(bag: Path) -> Any:
     return np.array([message.header.stamp.sec * 10**9 + message.header.stamp.nanosec for message in messages])
 
 
-def last_written(unfinished: Path) -> int:
+def last_written(unfinished):
     """Return the latest stamp of what is in a bag's file by now, as a crash would leave it [ns]; 0 where nothing is."""
     last = 0
     with next(unfinished.glob("*.mcap")).open("rb") as stream, contextlib.suppress(EndOfFile):
@@ -69,17 +66,15 @@ def last_written(unfinished: Path) -> int:
 
 
 @pytest.fixture
-def start_recorder(start: Start, tmp_path: Path) -> Start:
-    def start_one(*parameters: str) -> Any:
+def start_recorder(start, tmp_path):
+    def start_one(*parameters):
         given = [f"folder:={tmp_path / 'trials'}", *parameters]
         return start("recorder", "--ros-args", *(word for parameter in given for word in ("-p", parameter)))
 
     return start_one
 
 
-def test_a_trial_with_weights_from_the_rig_to_the_bag(
-    listener: Any, start_recorder: Start, start_driver: Start, start_emulator: Start, tmp_path: Path
-) -> None:
+def test_a_trial_with_weights_from_the_rig_to_the_bag(listener, start_recorder, start_driver, start_emulator, tmp_path):
     recorder = start_recorder("shortest:=1.0", "added.inner:=[0.08, 0.25]")
     assert listener.set_parameter("/recorder", "added.outer", [0.05, 0.3])[0]
     assert listener.set_parameter("/recorder", "added_std.outer", [1e-4, 5e-4])[0]
@@ -121,7 +116,7 @@ def test_a_trial_with_weights_from_the_rig_to_the_bag(
     assert len(stamps(Path(message))) > 100
 
 
-def test_an_impossible_weight_is_refused_and_none_is_the_default(listener: Any, start_recorder: Start) -> None:
+def test_an_impossible_weight_is_refused_and_none_is_the_default(listener, start_recorder):
     start_recorder()
     assert listener.get_parameter("/recorder", "added.outer") == [0.0, 0.0]
     for value in ([-0.05, 0.3], [0.05], [math.nan, 0.3]):
@@ -130,21 +125,19 @@ def test_an_impossible_weight_is_refused_and_none_is_the_default(listener: Any, 
         assert "recorder.added.outer is" in reason
 
 
-def refused(capfd: pytest.CaptureFixture[str], *arguments: str) -> str:
+def refused(capfd, *arguments):
     """Return the one line with which a recorder ends that is given these arguments of ROS."""
     assert main(["--ros-args", *arguments]) == 2
     (line,) = capfd.readouterr().err.splitlines()
     return line
 
 
-def test_a_recorder_with_an_impossible_weight_does_not_start(capfd: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_a_recorder_with_an_impossible_weight_does_not_start(capfd, tmp_path):
     said = refused(capfd, "-p", f"folder:={tmp_path / 'trials'}", "-p", "added.outer:=[0.05]")
     assert "recorder.added.outer is [0.05]; expected [mass in kg, place in m]" in said
 
 
-def test_two_rigs_side_by_side_are_recorded_each_with_its_own_state(
-    listener: Any, start: Start, start_emulator: Start, tmp_path: Path
-) -> None:
+def test_two_rigs_side_by_side_are_recorded_each_with_its_own_state(listener, start, start_emulator, tmp_path):
     (tmp_path / "rigs.yaml").write_text(
         f"/**/driver: {{ros__parameters: {{zero_file: {tmp_path / 'none.yaml'}}}}}\n"
         "/**/recorder: {ros__parameters: {rearm: true, shortest: 1.0}}\n"
@@ -152,11 +145,11 @@ def test_two_rigs_side_by_side_are_recorded_each_with_its_own_state(
         "/rig1/driver: {ros__parameters: {inner_joint: upper, outer_joint: lower}}\n"
         "/rig1/recorder: {ros__parameters: {inner_joint: upper, outer_joint: lower}}\n"
     )
-    states: dict[str, list[str]] = {"rig1": [], "rig2": []}
-    bags: dict[str, list[str]] = {"rig1": [], "rig2": []}
+    states = {"rig1": [], "rig2": []}
+    bags = {"rig1": [], "rig2": []}
     for rig, heard_states in states.items():
         for topic, heard in (("state", heard_states), ("bag", bags[rig])):
-            take: Any = lambda message, heard=heard: heard.append(message.data)  # noqa: E731
+            take = lambda message, heard=heard: heard.append(message.data)  # noqa: E731
             listener.node.create_subscription(String, f"/{rig}/recorder/{topic}", take, latched(10))
         common = ("-r", f"__ns:=/{rig}", "--params-file", str(tmp_path / "rigs.yaml"))
         start("driver", "--ros-args", *common, "-p", f"port:={tmp_path / rig}")
@@ -178,22 +171,20 @@ def test_two_rigs_side_by_side_are_recorded_each_with_its_own_state(
 
 
 @pytest.mark.parametrize("end", ["stop", signal.SIGINT, signal.SIGTERM])
-def test_a_recorder_that_is_behind_takes_what_waits_before_it_ends(
-    listener: Any, start_recorder: Start, end: str | int
-) -> None:
+def test_a_recorder_that_is_behind_takes_what_waits_before_it_ends(listener, start_recorder, end):
     recorder = start_recorder()
     publisher = listener.node.create_publisher(JointState, "joint_states", 5000)
     message = JointState(name=["inner_joint", "outer_joint"], position=[3.0, 0.0])
     sent = 0
 
-    def publish(count: int) -> None:
+    def publish(count):
         nonlocal sent
         for _ in range(count):
             sent += 1
             message.header.stamp.nanosec = 1000 * sent
             publisher.publish(message)
 
-    def begin() -> bool:
+    def begin():
         publish(1)
         time.sleep(0.1)
         return bool(listener.call("/recorder/start")[0])
@@ -209,13 +200,13 @@ def test_a_recorder_that_is_behind_takes_what_waits_before_it_ends(
     assert stamps(bag).tolist()[-4000:] == [1000 * (sent - back) for back in range(3999, -1, -1)]
 
 
-def test_a_recorder_that_hears_nothing_says_so_and_who_is_there(listener: Any, start_recorder: Start) -> None:
+def test_a_recorder_that_hears_nothing_says_so_and_who_is_there(listener, start_recorder):
     recorder = start_recorder("rearm:=true")
     recorder.wait_until_it_says("armed: no joint states come on /joint_states: no node publishes them")
     publisher = listener.node.create_publisher(JointState, "joint_states", 10)
     message = JointState(name=["inner_joint", "outer_joint"], position=[3.0, 0.0])
 
-    def latest() -> str:
+    def latest():
         return next((status.message for status in listener.statuses[::-1] if status.name == "/recorder"), "")
 
     listener.wait_for(lambda: "though /listener publishes them" in latest())
@@ -224,15 +215,13 @@ def test_a_recorder_that_hears_nothing_says_so_and_who_is_there(listener: Any, s
     assert recorder.said.count("no joint states come") == 1
 
 
-def test_a_best_effort_publisher_is_heard_and_what_it_offers_is_recorded(
-    listener: Any, start_recorder: Start, tmp_path: Path
-) -> None:
+def test_a_best_effort_publisher_is_heard_and_what_it_offers_is_recorded(listener, start_recorder, tmp_path):
     recorder = start_recorder()
     profile = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
     publisher = listener.node.create_publisher(JointState, "joint_states", profile)
     listener.wait_for(lambda: "does not make sure that its messages arrive" in recorder.said)
 
-    def publish() -> bool:
+    def publish():
         message = JointState(name=["inner_joint", "outer_joint"], position=[3.0, 0.0])
         message.header.stamp = listener.node.get_clock().now().to_msg()
         publisher.publish(message)
@@ -250,7 +239,7 @@ def test_a_best_effort_publisher_is_heard_and_what_it_offers_is_recorded(
     assert "[WARN]" in recorder.said
 
 
-def test_qos_overrides_are_honoured_or_refused(listener: Any, start_driver: Start) -> None:
+def test_qos_overrides_are_honoured_or_refused(listener, start_driver):
     start_driver("qos_overrides./joint_states.publisher.reliability:=best_effort")
     listener.wait_for(lambda: listener.node.get_publishers_info_by_topic("/joint_states"))
     (info,) = listener.node.get_publishers_info_by_topic("/joint_states")
@@ -263,17 +252,12 @@ def test_qos_overrides_are_honoured_or_refused(listener: Any, start_driver: Star
 
 @pytest.mark.parametrize("delays", [(1.3,), pytest.param((1.3, 2.4), marks=pytest.mark.campaign)])
 def test_killed_it_loses_nothing_older_than_a_second_and_the_next_start_completes_the_bag(
-    listener: Any,
-    start_recorder: Start,
-    start_driver: Start,
-    start_emulator: Start,
-    tmp_path: Path,
-    delays: tuple[float, ...],
-) -> None:
+    listener, start_recorder, start_driver, start_emulator, tmp_path, delays
+):
     start_driver()
     start_emulator(rig="{rate: 100, script: [wait: 1000]}")
     listener.wait_for(lambda: len(listener.joint_states) > 150)
-    killed: list[tuple[Path, int]] = []
+    killed = []
     for delay in delays:
         recorder = start_recorder()
         while not (listener.call("/recorder/start")[0] or "started" in recorder.said):

@@ -4,20 +4,16 @@
 
 import signal
 import time
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 import rclpy.qos
-from numpy.typing import NDArray
-from rcl_interfaces.msg import ParameterEvent
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
-from cdp_ident.configuration.fitted_model import FittedModel, fitted_model, read_fitted_model
+from cdp_ident.configuration.fitted_model import fitted_model, read_fitted_model
 from cdp_ident.configuration.parameter_file import parameter_file
 from cdp_ident.diagnosis.evaluation import start_of
 from cdp_ident.fit.windows import DEFAULT_WINDOW
@@ -28,13 +24,10 @@ from cdp_ident.nodes.simulator import main
 from cdp_ident.replay.stream import MotionStream
 from cdp_ident.ros.qos import latched
 from cdp_ident.trial.load import load_trial
-from cdp_ident.trial.trial import Trial
 from scenarios.clean_bags import write_clean_bags
 
 pytestmark = pytest.mark.waits
 
-Start = Callable[..., Any]
-Array = NDArray[np.float64]
 
 BAG = Path(__file__).parents[2] / "bags/swing_folded"
 SLOWLY = ("-p", "frequency:=100.0")
@@ -56,14 +49,14 @@ FITTED = NOMINAL | {
 class Viewer:
     """What a person's tools would see of the simulator."""
 
-    def __init__(self, listener: Any) -> None:
+    def __init__(self, listener):
         self.listener = listener
-        self.simulated: list[JointState] = []
-        self.measured: list[JointState] = []
-        self.errors: list[JointState] = []
-        self.clock: list[int] = []
-        self.states: list[str] = []
-        self.events: list[ParameterEvent] = []
+        self.simulated = []
+        self.measured = []
+        self.errors = []
+        self.clock = []
+        self.states = []
+        self.events = []
         node, depth = listener.node, rclpy.qos.QoSProfile(depth=20000)
         for topic, into in (
             ("simulated/joint_states", self.simulated),
@@ -74,10 +67,10 @@ class Viewer:
         node.create_subscription(Clock, "/clock", lambda message: self.clock.append(nanoseconds(message.clock)), depth)
         node.create_subscription(String, "/simulator/state", lambda word: self.states.append(word.data), latched(10))
 
-    def wait_for_state(self, words: str) -> None:
+    def wait_for_state(self, words):
         self.listener.wait_for(lambda: self.states and words in self.states[-1])
 
-    def new_frames(self, count: int = 5) -> list[JointState]:
+    def new_frames(self, count=5):
         """Wait for so many frames more, and return them."""
         before = len(self.simulated)
         self.listener.wait_for(lambda: len(self.simulated) >= before + count)
@@ -85,35 +78,35 @@ class Viewer:
 
 
 @pytest.fixture
-def viewer(listener: Any) -> Viewer:
+def viewer(listener):
     return Viewer(listener)
 
 
 @pytest.fixture(scope="module")
-def trial() -> Trial:
+def trial():
     return load_trial(BAG)
 
 
 @pytest.fixture
-def fitted(tmp_path: Path) -> Path:
+def fitted(tmp_path):
     path = tmp_path / "fitted.yaml"
     path.write_text(parameter_file(FITTED))
     return path
 
 
-def nanoseconds(stamp: Any) -> int:
+def nanoseconds(stamp):
     return int(stamp.sec) * 10**9 + int(stamp.nanosec)
 
 
-def stamps(messages: list[JointState]) -> Array:
+def stamps(messages):
     return np.array([nanoseconds(message.header.stamp) for message in messages])
 
 
-def positions(messages: list[JointState]) -> Array:
+def positions(messages):
     return np.array([message.position for message in messages])
 
 
-def library_s_own(model: FittedModel, trial: Trial, times: Array) -> Array:
+def library_s_own(model, trial, times):
     """Return inner and outer joint (n, 2) [rad] of the simulation that reports judge by, at any times."""
     index = model.trial(trial.name)
     start = start_of(model.motion, model.values, trial, index, DEFAULT_WINDOW)
@@ -121,7 +114,7 @@ def library_s_own(model: FittedModel, trial: Trial, times: Array) -> Array:
     return np.diff(theta, axis=1, prepend=0.0)
 
 
-def measured_at(trial: Trial, times: Array) -> Array:
+def measured_at(trial, times):
     theta = np.column_stack([np.interp(times, trial.time, column) for column in trial.theta.T])
     return np.diff(theta, axis=1, prepend=0.0)
 
@@ -129,9 +122,7 @@ def measured_at(trial: Trial, times: Array) -> Array:
 # Replay
 
 
-def test_a_replay_beside_a_running_identify_is_the_library_s_own_simulation(
-    start: Start, viewer: Viewer, tmp_path: Path
-) -> None:
+def test_a_replay_beside_a_running_identify_is_the_library_s_own_simulation(start, viewer, tmp_path):
     write_clean_bags(tmp_path / "bags", swing=6.0)
     bag, out = tmp_path / "bags/swing_wide", tmp_path / "out"
     start("simulator", "--bag", str(bag), "--ros-args", "-p", "source:=/identify", "-p", "rate:=4.0", *SLOWLY)
@@ -162,16 +153,14 @@ def test_a_replay_beside_a_running_identify_is_the_library_s_own_simulation(
     assert np.abs(positions(errors)[:50]).max() < 0.01
 
 
-def test_it_follows_another_node_s_parameters_and_takes_none_from_elsewhere(
-    start: Start, viewer: Viewer, trial: Trial, fitted: Path
-) -> None:
+def test_it_follows_another_node_s_parameters_and_takes_none_from_elsewhere(start, viewer, trial, fitted):
     listener = viewer.listener
     slow = ("-p", "frequency:=50.0")  # what is shown when matters here, not how smoothly
     follow = ("-p", "source:=/elsewhere/simulator", "-p", "rate:=20.0")
     start("simulator", "--bag", str(BAG), "--ros-args", *follow, *slow)
     viewer.wait_for_state("waiting for the parameters of /elsewhere/simulator")
 
-    def shows(model: FittedModel) -> bool:
+    def shows(model):
         (beginning,) = library_s_own(model, trial, np.zeros(1))
         return any(
             np.allclose(frame, beginning, rtol=0, atol=1e-9) for frame in positions(viewer.new_frames(33))[:, 1:]
@@ -191,9 +180,7 @@ def test_it_follows_another_node_s_parameters_and_takes_none_from_elsewhere(
     assert "effects.coulomb_friction.outer.torque" not in listener.parameter_names("/simulator")
 
 
-def test_once_with_a_clock_is_every_frame_in_the_motion_s_own_time(
-    start: Start, viewer: Viewer, trial: Trial, fitted: Path
-) -> None:
+def test_once_with_a_clock_is_every_frame_in_the_motion_s_own_time(start, viewer, trial, fitted):
     rate = 5.0
     parameters = ["-p", "clock:=true", "-p", f"rate:={rate}", "-p", "frequency:=100.0"]
     simulator = start("simulator", "--bag", str(BAG), "--fitted", str(fitted), "--once", "--ros-args", *parameters)
@@ -207,18 +194,16 @@ def test_once_with_a_clock_is_every_frame_in_the_motion_s_own_time(
     assert viewer.clock == stamps(viewer.simulated).tolist()
 
 
-def test_without_a_clock_it_says_that_it_waits_for_one(start: Start, listener: Any) -> None:
+def test_without_a_clock_it_says_that_it_waits_for_one(start, listener):
     simulator = start("simulator", "--ros-args", "-p", "use_sim_time:=true")
     listener.wait_for(lambda: "waiting for a clock: use_sim_time is true" in simulator.said)
 
 
-def test_it_pauses_resumes_begins_anew_loops_and_changes_its_rate(
-    start: Start, viewer: Viewer, trial: Trial, fitted: Path
-) -> None:
+def test_it_pauses_resumes_begins_anew_loops_and_changes_its_rate(start, viewer, trial, fitted):
     listener = viewer.listener
     (beginning,) = library_s_own(read_fitted_model(fitted, "simulator"), trial, np.zeros(1))
 
-    def beginnings(frames: list[JointState]) -> int:
+    def beginnings(frames):
         return sum(np.allclose(frame, beginning, rtol=0, atol=1e-9) for frame in positions(frames)[:, 1:])
 
     start("simulator", "--bag", str(BAG), "--ros-args", "--params-file", str(fitted), "-p", "rate:=0.5", *SLOWLY)
@@ -256,9 +241,7 @@ def test_it_pauses_resumes_begins_anew_loops_and_changes_its_rate(
 # Free
 
 
-def test_a_free_motion_goes_on_with_new_parameters_and_begins_anew_from_a_new_start(
-    start: Start, viewer: Viewer
-) -> None:
+def test_a_free_motion_goes_on_with_new_parameters_and_begins_anew_from_a_new_start(start, viewer):
     listener = viewer.listener
     given = {"start.inner": 1.0, "start.outer_speed": 0.5, "effects.air_drag.inner.coefficient": 0.001}
     given["velocity_window"] = 0.03
@@ -305,9 +288,7 @@ script: [wait: 3, hold: {theta1: 1.8, theta2: 1.8, within: 0.6}, wait: 0.8, let_
 """
 
 
-def test_a_shadow_runs_beside_the_rig_from_the_release_until_it_is_caught(
-    start: Start, start_emulator: Start, start_driver: Start, viewer: Viewer
-) -> None:
+def test_a_shadow_runs_beside_the_rig_from_the_release_until_it_is_caught(start, start_emulator, start_driver, viewer):
     listener = viewer.listener
     start("simulator", "--ros-args", "-p", "mode:=shadow", "-p", "c1:=0.05", "-p", "c2:=0.01")
     viewer.wait_for_state("waits for a release")
@@ -346,9 +327,7 @@ def test_a_shadow_runs_beside_the_rig_from_the_release_until_it_is_caught(
         (["--bag", str(BAG), "--ros-args", "-p", "trial.zeros:=hanging"], "did you mean 'trial.zero'?"),
     ],
 )
-def test_bad_input_is_one_line_and_exit_code_2(
-    arguments: list[str], words: str, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_bad_input_is_one_line_and_exit_code_2(arguments, words, capfd):
     assert main(arguments) == 2
     (line,) = [line for line in capfd.readouterr().err.splitlines() if not line.startswith("[INFO]")]
     assert line.startswith("simulator: error: ")

@@ -16,7 +16,7 @@ CART = sympy.Rational(1, 20) * sympy.sin(6 * TIME)
 SPACING = 1e-3
 
 
-def driven(plant: Plant) -> DrivenRods:
+def driven(plant):
     rods = DrivenRods(plant, START)
     middles = SPACING * (np.arange(1000) + 0.5)
     for pushes in np.split(cart_acceleration(CART, middles), 200):
@@ -25,7 +25,7 @@ def driven(plant: Plant) -> DrivenRods:
 
 
 @pytest.mark.parametrize("cart", [None, Cart(1.0, 1e9, 1e4)], ids=["held fast", "hardly gives way"])
-def test_it_moves_as_the_equations_of_motion_say(cart: Cart | None) -> None:
+def test_it_moves_as_the_equations_of_motion_say(cart):
     rods = driven(Plant(Rig(TABLE_5, cart=cart)))
     expected = motion(TABLE_5, START, np.array([0.0, 1.0]), CART)[-1]
     np.testing.assert_allclose(rods.now.states[0], expected, atol=1e-5)

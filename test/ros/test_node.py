@@ -8,7 +8,6 @@ import subprocess
 import sys
 import textwrap
 import time
-from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -54,28 +53,31 @@ SCRIPT = textwrap.dedent(
         options = parse_arguments(parser, arguments)
         return run_node("probe", lambda node, parameters: Body(node, parameters, options.once), arguments)
 
-    sys.exit(main())
+    if __name__ == "__main__":
+        sys.exit(main())
     """
 )
 ROOT = Path(__file__).parents[2]
 PATIENCE = 300.0
 
 
-def start(*arguments: str, env: dict[str, str] | None = None) -> subprocess.Popen[str]:
-    return subprocess.Popen(
-        [sys.executable, "-c", SCRIPT, *arguments],
-        text=True,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        cwd=ROOT,
-        env=env,
-    )
+def start(*arguments):
+    command = [sys.executable, "-c", SCRIPT, *arguments]
+    return subprocess.Popen(command, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE, cwd=ROOT)
+
+
+def refused(capfd, *arguments):
+    """Return the one line with which it ends in this process."""
+    scope = {"__name__": "probe"}
+    exec(SCRIPT, scope)
+    assert scope["main"](arguments) == 2
+    (line,) = capfd.readouterr().err.splitlines()
+    return line
 
 
 @pytest.mark.parametrize("numbers", [(signal.SIGINT,), (signal.SIGTERM,), (signal.SIGINT,) * 5])
-def test_a_signal_and_any_more_of_them_end_the_node_cleanly(numbers: Sequence[signal.Signals]) -> None:
+def test_a_signal_and_any_more_of_them_end_the_node_cleanly(numbers):
     with start() as process:
-        assert process.stdout is not None
         assert process.stdout.readline().startswith("outside")
         process.stdout.readline()
         for number in numbers:
@@ -85,9 +87,8 @@ def test_a_signal_and_any_more_of_them_end_the_node_cleanly(numbers: Sequence[si
     assert output.endswith("closed\n")
 
 
-def test_a_node_that_is_asked_to_end_until_it_has_ended_ends_cleanly() -> None:
+def test_a_node_that_is_asked_to_end_until_it_has_ended_ends_cleanly():
     with start() as process:
-        assert process.stdout is not None
         assert process.stdout.readline().startswith("outside")
         while process.poll() is None:
             process.send_signal(signal.SIGINT)
@@ -96,7 +97,7 @@ def test_a_node_that_is_asked_to_end_until_it_has_ended_ends_cleanly() -> None:
     assert (process.returncode, errors) == (0, "")
 
 
-def test_a_node_ends_by_itself_with_its_own_exit_code_and_keeps_parameters_from_outside_writes() -> None:
+def test_a_node_ends_by_itself_with_its_own_exit_code_and_keeps_parameters_from_outside_writes():
     with start("--once") as process:
         output, errors = process.communicate(timeout=PATIENCE)
     assert (process.returncode, errors) == (7, "")
@@ -122,33 +123,24 @@ def test_a_node_ends_by_itself_with_its_own_exit_code_and_keeps_parameters_from_
         (["-r", "__node:=a b"], ["a b"]),
     ],
 )
-def test_what_ros_is_told_wrongly_ends_as_one_line_and_exit_code_2(arguments: list[str], words: list[str]) -> None:
-    with start("--ros-args", *arguments) as process:
-        _, errors = process.communicate(timeout=PATIENCE)
-    assert process.returncode == 2, errors
-    assert errors.count("\n") == 1, errors
+def test_what_ros_is_told_wrongly_ends_as_one_line_and_exit_code_2(capfd, arguments, words):
+    line = refused(capfd, "--ros-args", *arguments)
     for word in words:
-        assert word in errors
+        assert word in line
 
 
-def test_a_pipe_in_place_of_a_parameter_file_is_refused_at_once(tmp_path: Path) -> None:
+def test_a_pipe_in_place_of_a_parameter_file_is_refused_at_once(capfd, tmp_path):
     os.mkfifo(tmp_path / "pipe.yaml")
-    with start("--ros-args", "--params-file", str(tmp_path / "pipe.yaml")) as process:
-        _, errors = process.communicate(timeout=PATIENCE)
-    assert process.returncode == 2, errors
-    assert "it is not a regular file" in errors
+    assert "it is not a regular file" in refused(capfd, "--ros-args", "--params-file", str(tmp_path / "pipe.yaml"))
 
 
-def test_without_a_home_it_ends_as_one_line() -> None:
-    homeless = {name: value for name, value in os.environ.items() if name not in ("HOME", "ROS_HOME", "ROS_LOG_DIR")}
-    with start(env=homeless) as process:
-        _, errors = process.communicate(timeout=PATIENCE)
-    assert process.returncode == 2
-    assert errors.count("\n") == 1, errors
-    assert "ROS_LOG_DIR" in errors
+def test_without_a_home_it_ends_as_one_line(capfd, monkeypatch):
+    for name in ("HOME", "ROS_HOME", "ROS_LOG_DIR"):
+        monkeypatch.delenv(name, raising=False)
+    assert "ROS_LOG_DIR" in refused(capfd)
 
 
-def test_help_tells_about_ros_arguments() -> None:
+def test_help_tells_about_ros_arguments():
     with start("--help") as process:
         output, _ = process.communicate(timeout=PATIENCE)
     assert process.returncode == 0

@@ -73,28 +73,29 @@ def test_every_combination_of_improvements_searches_the_box_with_its_whole_popul
         assert np.all(each_generation - experiments == SHORT["population"])
 
 
-@pytest.mark.parametrize("options", METHODS.values(), ids=METHODS)
-def test_the_best_of_all_chromosomes_ever_tried_is_returned(options):
-    tried = []
+EACH = pytest.mark.parametrize("options", METHODS.values(), ids=METHODS)
+
+
+@EACH
+def test_the_best_of_all_chromosomes_ever_tried_is_returned_and_told_all_the_way(options):
+    tried, seen = [], []
 
     def objective(chromosomes):
         tried.append(bowl(chromosomes))
         return tried[-1]
 
-    result = search(objective, options)
+    result = search(objective, options, stop=seen.append)
     assert result.error == np.concatenate(tried).min()
     assert bowl(result.best[None])[0] == result.error
+    assert [progress.generation for progress in seen] == list(range(SHORT["generations"] + 1))
+    assert tuple(progress.error for progress in seen) == result.history
+    assert seen[-1].evaluations == result.evaluations
+    np.testing.assert_array_equal(seen[-1].best, result.best)
+    assert np.all(np.diff(result.history) <= 0)
+    assert result.history[-1] < result.history[0]
 
 
-@pytest.mark.parametrize("options", METHODS.values(), ids=METHODS)
-def test_history_holds_the_best_so_far_and_never_rises(options):
-    history = search(bowl, options).history
-    assert len(history) == SHORT["generations"] + 1
-    assert np.all(np.diff(history) <= 0)
-    assert history[-1] < history[0]
-
-
-@pytest.mark.parametrize("options", METHODS.values(), ids=METHODS)
+@EACH
 def test_the_same_seed_gives_the_same_result_and_another_one_another(options):
     first, again, other = (search(bowl, options, seed) for seed in (3, 3, 4))
     np.testing.assert_array_equal(first.best, again.best)
@@ -102,7 +103,7 @@ def test_the_same_seed_gives_the_same_result_and_another_one_another(options):
     assert first.history != other.history
 
 
-@pytest.mark.parametrize("options", METHODS.values(), ids=METHODS)
+@EACH
 def test_the_number_of_cores_does_not_change_the_result(options, monkeypatch, twin_error):
     results = []
     for cores in (1, 2, 3):
@@ -114,60 +115,31 @@ def test_the_number_of_cores_does_not_change_the_result(options, monkeypatch, tw
         assert results[0].history == other.history
 
 
-def test_the_search_ends_when_its_caller_says_so_and_says_why():
+@pytest.mark.parametrize(("ends", "generations"), [(7, 7), (0, 0), (99, SHORT["generations"])])
+def test_the_search_ends_when_its_caller_says_so_or_it_is_done_and_says_why(ends, generations):
     def stop(progress):
-        return f"{progress.error:.3f} is good enough" if progress.generation == 7 else None
+        return f"{progress.error:.3f} is good enough" if progress.generation == ends else None
 
     result = search(bowl, IGA, stop=stop)
-    assert result.stopped == f"{result.error:.3f} is good enough"
-    assert not result.completed
-    assert len(result.history) == 8
-
-
-def test_a_search_that_is_stopped_at_once_still_has_a_best():
-    result = search(bowl, IGA, stop=lambda progress: "stopped")
-    assert result.evaluations == SHORT["population"]
-    assert result.history == (result.error,)
-
-
-def test_a_completed_search_says_so():
-    result = search(bowl, IGA)
-    assert result.completed
-    assert result.stopped == "all 30 generations done"
-
-
-def test_progress_tells_the_best_so_far():
-    seen = []
-    result = search(bowl, TGA, stop=seen.append)
-    assert [progress.generation for progress in seen] == list(range(SHORT["generations"] + 1))
-    assert tuple(progress.error for progress in seen) == result.history
-    assert seen[-1].evaluations == result.evaluations
-    np.testing.assert_array_equal(seen[-1].best, result.best)
+    assert result.completed == (generations != ends)
+    assert result.stopped == ("all 30 generations done" if result.completed else f"{result.error:.3f} is good enough")
+    assert len(result.history) == generations + 1
+    assert generations or result.evaluations == SHORT["population"]
 
 
 @pytest.mark.parametrize("useless", [np.nan, np.inf], ids=str)
-@pytest.mark.parametrize("options", METHODS.values(), ids=METHODS)
-def test_chromosomes_whose_error_is_not_finite_are_survived(options, useless):
-    def objective(chromosomes):
-        return np.where(chromosomes[:, 0] < 0, useless, bowl(chromosomes))
-
-    result = search(objective, options)
+@EACH
+def test_errors_that_are_not_finite_and_errors_of_zero_are_survived(options, useless):
+    result = search(lambda chromosomes: np.where(chromosomes[:, 0] < 0, useless, bowl(chromosomes)), options)
     assert result.best[0] >= 0
     assert result.error < 5
-
-
-def test_a_population_without_a_single_finite_error_is_survived():
-    result = search(lambda chromosomes: np.full(len(chromosomes), np.nan), IGA)
-    assert np.all(np.isfinite(result.best))
-    assert len(result.history) == SHORT["generations"] + 1
-
-
-@pytest.mark.parametrize("options", METHODS.values(), ids=METHODS)
-def test_errors_of_zero_are_survived(options):
+    nowhere = search(lambda chromosomes: np.full(len(chromosomes), useless), options)
+    assert np.all(np.isfinite(nowhere.best))
+    assert len(nowhere.history) == SHORT["generations"] + 1
     assert search(lambda chromosomes: np.zeros(len(chromosomes)), options).error == 0.0
 
 
-@pytest.mark.parametrize("options", METHODS.values(), ids=METHODS)
+@EACH
 def test_without_generations_the_best_of_the_first_population_is_returned(options):
     result = genetic_search(bowl, *BOX, replace(options, generations=0), np.random.default_rng(1))
     assert result.evaluations == options.population
@@ -198,7 +170,7 @@ def test_any_settings_in_range_give_a_result(population, genes, crossover_rate, 
         assert sizes == [population] * 6
 
 
-@pytest.mark.parametrize("options", METHODS.values(), ids=METHODS)
+@EACH
 def test_without_crossover_and_mutation_nothing_new_appears(options):
     tried = []
 

@@ -28,20 +28,14 @@ def on_grid(values, lower, upper):
 # The traditional steps.
 
 
-def test_roulette_draws_in_proportion_to_fitness():
+def test_roulette_draws_in_proportion_to_fitness_one_over_the_error_of_perfect_chromosomes_too():
     fitness = np.array([1.0, 2.0, 3.0, 4.0])
     drawn = operators.roulette(fitness, 40_000, np.random.default_rng(1))
     np.testing.assert_allclose(np.bincount(drawn) / 40_000, fitness / 10, atol=0.01)
-
-
-def test_inverse_fitness_is_one_over_the_error():
     np.testing.assert_allclose(operators.inverse_fitness(np.array([0.5, 4.0, 1e100])), [2.0, 0.25, 1e-100])
-
-
-def test_roulette_survives_a_population_of_perfect_chromosomes():
-    fitness = operators.inverse_fitness(np.zeros(200))
-    assert len(operators.roulette(fitness, 10, np.random.default_rng(1))) == 10
-    assert operators.population_fitness(fitness) == pytest.approx(1.0)
+    perfect = operators.inverse_fitness(np.zeros(200))
+    assert len(operators.roulette(perfect, 10, np.random.default_rng(1))) == 10
+    assert operators.population_fitness(perfect) == pytest.approx(1.0)
 
 
 def test_single_point_crossover_exchanges_all_genes_from_the_point_on():
@@ -141,33 +135,24 @@ def test_no_operator_leaves_the_box_not_even_by_a_rounding(seed, limits):
 
 
 @pytest.mark.parametrize("factors", range(1, 33))
-def test_an_orthogonal_array_has_strength_two_and_as_few_experiments_as_can_be(factors):
+def test_an_orthogonal_array_has_strength_two_and_as_few_experiments_as_can_be_the_first_parent_first(factors):
     array = operators.orthogonal_array(factors)
     assert array.shape == (2 ** int(np.ceil(np.log2(factors + 1))), factors)
+    assert not array[0].any()
     assert np.all(array.sum(axis=0) == len(array) / 2)
     for a, b in itertools.combinations(range(factors), 2):
         combinations = np.bincount(2 * array[:, a] + array[:, b], minlength=4)
         assert np.all(combinations == len(array) / 4)
 
 
-def test_nine_genes_need_sixteen_experiments_the_first_of_which_is_the_first_parent():
-    array = operators.orthogonal_array(9)
-    assert array.shape == (16, 9)
-    assert not array[0].any()
-
-
 @given(seed=seeds, factors=st.integers(1, 15))
-def test_best_levels_find_the_optimum_of_an_additive_error_exactly(seed, factors):
+def test_best_levels_find_the_optimum_of_an_additive_error_and_keep_the_first_of_what_does_not_matter(seed, factors):
     rng = np.random.default_rng(seed)
     array = operators.orthogonal_array(factors)
     cost = rng.normal(size=(5, factors, 2))  # of each pair, factor and level
     errors = np.array([[sum(c[f, level] for f, level in enumerate(row)) for row in array] for c in cost])
     np.testing.assert_array_equal(operators.best_levels(array, errors), cost.argmin(axis=2))
-
-
-def test_best_levels_keep_the_first_level_of_a_factor_that_does_not_matter():
-    array = operators.orthogonal_array(3)
-    np.testing.assert_array_equal(operators.best_levels(array, np.ones((2, len(array)))), np.zeros((2, 3)))
+    np.testing.assert_array_equal(operators.best_levels(array, np.ones((2, len(array)))), np.zeros((2, factors)))
 
 
 # Feedback mutation: Eqs. (5) and (6).
@@ -200,9 +185,6 @@ def test_genes_of_a_feedback_mutant_are_drawn_one_by_one():
 def test_logarithmic_fitness_is_equation_7():
     errors = np.array([0.01, 1.0, 10.0, 1000.0, 1001.0, 1e100])
     np.testing.assert_allclose(operators.logarithmic_fitness(errors, 32.0, 1000.0), [52.0, 32.0, 22.0, 2.0, 2.0, 2.0])
-
-
-def test_logarithmic_fitness_of_no_error_at_all_is_finite():
-    fitness = operators.logarithmic_fitness(np.zeros(3), 32.0, 1000.0)
-    assert np.all(np.isfinite(fitness))
-    assert np.all(fitness > 32.0)
+    perfect = operators.logarithmic_fitness(np.zeros(3), 32.0, 1000.0)
+    assert np.all(np.isfinite(perfect))
+    assert np.all(perfect > 32.0)

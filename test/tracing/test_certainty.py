@@ -14,7 +14,7 @@ from cdp_ident.tracing.selection import Selection
 from scenarios.swings import MODEL, known
 
 DRY, STRIBECK, DRAG = "coulomb_friction.outer", "stribeck_friction.outer", "air_drag.outer.strips"
-OFFSET = "encoder_offset.inner"
+OFFSET, SPRING = "encoder_offset.inner", "joint_spring.outer"
 
 
 def model(cost, *keys, torque=(0.0, 0.0)):
@@ -37,50 +37,39 @@ def search(*models):
     return SimpleNamespace(fitted=dict(enumerate(models)), best=models[0], cost=lambda found: found.cost)
 
 
-def test_the_probability_of_a_name_sums_the_models_that_hold_it():
-    found = search(model(0.0, DRY, DRAG), model(0.0, DRY), model(0.0, DRAG), model(0.0))
-    assert probabilities(found) == pytest.approx((0.5, 0.5))
-
-
-def test_a_model_s_weight_falls_by_half_its_cost():
-    found = search(model(0.0, DRY), model(2.0 * np.log(9.0)))
-    assert probabilities(found) == pytest.approx((0.9,))
-
-
-def test_a_model_that_was_refused_has_no_weight():
-    found = search(model(0.0, DRY), model(-50.0, STRIBECK), model(2.0 * np.log(9.0)))
-    assert probabilities(found) == pytest.approx((0.9,))
-
-
-def test_one_form_of_an_effect_speaks_for_its_name_as_another_does():
-    drag = "air_drag.outer.rotation"
-    found = search(model(0.0, DRAG), model(0.0, drag), model(0.0))
-    assert probabilities(found) == pytest.approx((2.0 / 3.0,))
-
-
-def test_what_could_be_in_its_place_is_told_and_what_is_far_behind_is_not():
-    found = search(model(0.0, DRY, OFFSET), model(5.0, STRIBECK, OFFSET), model(7.0, DRAG, OFFSET))
-    assert not_distinguished(found) == ((STRIBECK,), ())
+@pytest.mark.parametrize(
+    ("models", "expected"),
+    [
+        # Models that hold a name are summed.
+        ([(0.0, DRY, DRAG), (0.0, DRY), (0.0, DRAG), (0.0,)], (0.5, 0.5)),
+        # A model's weight falls by half its cost.
+        ([(0.0, DRY), (2.0 * np.log(9.0),)], (0.9,)),
+        # A model that was refused has none.
+        ([(0.0, DRY), (-50.0, STRIBECK), (2.0 * np.log(9.0),)], (0.9,)),
+        # One form of an effect speaks for its name as another does.
+        ([(0.0, DRAG), (0.0, "air_drag.outer.rotation"), (0.0,)], (2.0 / 3.0,)),
+    ],
+)
+def test_the_probability_of_a_name_is_that_of_the_models_that_hold_it(models, expected):
+    assert probabilities(search(*(model(*of) for of in models))) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize(
-    "other", [(DRY,), (STRIBECK,), (STRIBECK, DRAG, OFFSET), (DRY, STRIBECK)], ids=["less", "other", "more", "instead"]
+    ("models", "expected"),
+    [
+        # What could be in its place is told, and what is far behind is not.
+        ([(0.0, DRY, OFFSET), (5.0, STRIBECK, OFFSET), (7.0, DRAG, OFFSET)], ((STRIBECK,), ())),
+        # A model with more or fewer effects is no rival in a name's place.
+        *(([(0.0, DRY, OFFSET), (1.0, *other)], ((), ())) for other in ((DRY,), (STRIBECK,), (STRIBECK, DRAG, OFFSET))),
+        ([(0.0, DRY, OFFSET), (1.0, DRY, STRIBECK)], ((), (STRIBECK,))),
+        # Another form of the same effect and a torque without a name are no alternatives.
+        ([(0.0, DRAG), (1.0, "air_drag.outer.rotation"), (1.0, CURVES[0])], ((),)),
+        # The alternatives come the nearest first.
+        ([(0.0, DRY), (3.0, STRIBECK), (2.0, DRAG), (1.0, SPRING)], ((SPRING, DRAG, STRIBECK),)),
+    ],
 )
-def test_a_model_with_more_or_fewer_effects_is_no_rival_in_a_name_s_place(other):
-    found = search(model(0.0, DRY, OFFSET), model(1.0, *other))
-    of_dry, of_offset = not_distinguished(found)
-    assert of_dry == ()
-    assert of_offset == ((STRIBECK,) if other == (DRY, STRIBECK) else ())
-
-
-def test_another_form_of_the_same_effect_and_a_torque_without_a_name_are_no_alternatives():
-    found = search(model(0.0, DRAG), model(1.0, "air_drag.outer.rotation"), model(1.0, CURVES[0]))
-    assert not_distinguished(found) == ((),)
-
-
-def test_the_alternatives_come_the_nearest_first():
-    found = search(model(0.0, DRY), model(3.0, STRIBECK), model(2.0, DRAG), model(1.0, "joint_spring.outer"))
-    assert not_distinguished(found) == (("joint_spring.outer", DRAG, STRIBECK),)
+def test_what_could_be_in_a_name_s_place_is_told(models, expected):
+    assert not_distinguished(search(*(model(*of) for of in models))) == expected
 
 
 def certainty(probability=1.0, also_possible=(), left=0.0, before=1.0, key=DRY):
@@ -89,32 +78,26 @@ def certainty(probability=1.0, also_possible=(), left=0.0, before=1.0, key=DRY):
 
 
 @pytest.mark.parametrize(
-    ("probability", "expected"), [(0.96, "named"), (0.9, "probable"), (0.71, "probable"), (0.5, "acts_like")]
+    ("of", "expected"),
+    [
+        *(({"probability": p}, sure) for p, sure in ((0.96, "named"), (0.9, "probable"), (0.71, "probable"))),
+        ({"probability": 0.5}, "acts_like"),
+        # There are others in its place.
+        ({"also_possible": (DRAG,)}, "probable"),
+        # It leaves most of the missing torque; torques are compared by their mean squares.
+        *(({"left": left}, "acts_like") for left in (0.9, 0.75)),
+        *(({"left": left}, "named") for left in (0.6, 0.0)),
+        # It is a torque without a name.
+        *(({"key": CURVES[0], "left": left}, "acts_like") for left in (0.0, 1.0)),
+    ],
 )
-def test_a_name_is_as_sure_as_it_is_probable(probability, expected):
-    assert certainty(probability) == (expected,)
-
-
-def test_a_name_for_which_there_are_others_is_probable():
-    assert certainty(also_possible=(DRAG,)) == ("probable",)
-
-
-@pytest.mark.parametrize(
-    ("left", "expected"), [(0.9, "acts_like"), (0.75, "acts_like"), (0.6, "named"), (0.0, "named")]
-)
-def test_an_effect_that_leaves_most_of_the_missing_torque_is_no_name(left, expected):
-    """Torques are compared by their mean squares."""
-    assert certainty(left=left) == (expected,)
+def test_a_name_is_as_sure_as_it_is_probable_and_as_what_it_explains(of, expected):
+    assert certainty(**of) == (expected,)
 
 
 def test_a_model_that_cannot_be_fitted_without_an_effect_is_no_evidence_against_it():
     found = search(model(0.0, DRY, torque=(0.0, 1.0)))
     assert certainties(found, [None], [1.0], [()]) == ("named",)
-
-
-@pytest.mark.parametrize("left", [0.0, 1.0])
-def test_a_torque_without_a_name_has_none(left):
-    assert certainty(key=CURVES[0], left=left) == ("acts_like",)
 
 
 @pytest.mark.parametrize(("harmonics", "expected"), [(3, "named"), (4, "acts_like")])

@@ -74,29 +74,18 @@ def test_weights_fall_and_leave_the_chosen_model_its_own():
     assert np.linalg.eigvalsh(added_covariance(in_doubt)).min() > -1e-12
 
 
-def test_an_effect_whose_gain_is_twice_its_strengths_has_the_chosen_model_s_weight():
-    (found,) = effects_in_doubt([score(4.0)])
+def test_an_effect_in_doubt_weighs_as_much_as_its_gain_is_beyond_chance_and_harmonics_of_one_together():
+    (found,) = effects_in_doubt([score(4.0)])  # twice its strengths: the chosen model's own weight
     assert found.weight == pytest.approx(np.exp(1.0) / (1.0 + np.exp(1.0)))
-
-
-def test_what_chance_gains_is_not_in_doubt():
     assert effects_in_doubt([score(3.0)]) == ()
-
-
-def test_harmonics_of_one_effect_have_its_weight_together():
+    # What happens at an instant, and a torque without a name.
+    assert effects_in_doubt([score(50.0, "impulse.inner", trial=0), score(50.0, CURVES[0])]) == ()
     alone = effects_in_doubt([score(6.0, "cogging_torque.outer.3 per turn")])
     both = effects_in_doubt([score(6.0, f"cogging_torque.outer.{count} per turn") for count in (3, 4)])
     assert sum(effect.weight for effect in both) == pytest.approx(alone[0].weight)
 
 
-def test_what_happens_at_an_instant_and_a_torque_without_a_name_are_not_in_doubt():
-    assert effects_in_doubt([score(50.0, "impulse.inner", trial=0), score(50.0, CURVES[0])]) == ()
-
-
 def test_each_adds_what_it_moves_and_its_own_uncertainty_by_its_weight():
     found = effects_in_doubt([score(8.0)])
     np.testing.assert_allclose(added_covariance(found), found[0].weight * np.diag([1.0, 2.0]))
-
-
-def test_with_none_nothing_is_added():
     assert added_covariance(()) == 0

@@ -37,14 +37,8 @@ def test_they_are_moved_to_where_they_were_lost(clean, slipped, off):
     np.testing.assert_array_equal(values[:-1], [*clean.values, LOST])
 
 
-def test_they_stay_where_they_are_right(clean, slipped):
+def test_they_stay_where_they_are_right_or_of_another_trial_and_a_model_without_them_has_none(clean, rubbing, slipped):
     assert with_better_instants(at(clean, slipped, AT)) is None
-
-
-def test_those_of_another_trial_stay(clean, slipped):
     assert with_better_instants(at(clean, slipped, AT + 6 * STEP, trial=1)) is None
-
-
-def test_a_model_without_them_has_none_to_move(clean, rubbing):
     assert with_better_instants(clean) is None
     assert with_better_instants(with_effect(rubbing, "coulomb_friction.outer", 5e-3)) is None

@@ -31,34 +31,23 @@ def found():
     return states, fitted(recorded([measured(states[:, :2], np.random.default_rng(0))]))
 
 
-def test_it_is_what_was_hidden_within_its_standard_deviation(found):
+def test_it_is_what_was_hidden_within_its_standard_deviation_beside_angles_and_speeds_at_its_time(found):
     states, of = found
     missing = MissingTorque.of(of)
-    outer = np.interp(missing.time, TIME, states[:, 1] - states[:, 0])
-    true = hidden(outer) / INERTIA
+    theta1, theta2, omega1, omega2 = (np.interp(missing.time, TIME, column) for column in states[:, :4].T)
+    true = hidden(theta2 - theta1) / INERTIA
     assert of.is_missing[1]
     inside = slice(3, -3)
     assert np.corrcoef(missing.torque[inside, 1], true[inside])[0, 1] > 0.95
     off = (missing.torque[inside, 1] - true[inside]) / missing.std[inside, 1]
     assert np.sqrt(np.mean(off**2)) < 1.2
-
-
-def test_angles_and_speeds_are_those_at_its_time(found):
-    states, of = found
-    missing = MissingTorque.of(of)
-    inner = np.interp(missing.time, TIME, states[:, 0]) - np.pi
-    outer = np.interp(missing.time, TIME, states[:, 1] - states[:, 0])
-    np.testing.assert_allclose(missing.angle, np.stack([inner, outer], axis=1), atol=0.02)
-    speeds = [np.interp(missing.time, TIME, states[:, 2]), np.interp(missing.time, TIME, states[:, 3] - states[:, 2])]
-    np.testing.assert_allclose(missing.speed, np.stack(speeds, axis=1), atol=0.5)
-
-
-def test_it_is_zero_in_a_joint_where_none_is_missing(found):
-    _, of = found
-    missing = MissingTorque.of(replace(of, is_missing=np.array([False, True])))
-    assert not np.any(missing.torque[:, 0])
-    assert not np.any(missing.std[:, 0])
-    assert np.all(missing.std[:, 1] > 0.0)
+    np.testing.assert_allclose(missing.angle, np.stack([theta1 - np.pi, theta2 - theta1], axis=1), atol=0.02)
+    np.testing.assert_allclose(missing.speed, np.stack([omega1, omega2 - omega1], axis=1), atol=0.5)
+    # It is zero in a joint where none is missing.
+    outer = MissingTorque.of(replace(of, is_missing=np.array([False, True])))
+    assert not np.any(outer.torque[:, 0])
+    assert not np.any(outer.std[:, 0])
+    assert np.all(outer.std[:, 1] > 0.0)
 
 
 def test_each_value_has_its_trial_and_its_time_there(found):

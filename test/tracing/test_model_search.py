@@ -53,16 +53,14 @@ def test_autocorrelated_noise_is_not_taken_for_a_torque():
     assert search.paper.noise.memory == pytest.approx([0.8, 0.8], abs=0.1)
 
 
-def test_dry_friction_is_found_and_nothing_is_missing_then(found):
+def test_dry_friction_is_found_by_steps_that_say_what_was_tried_and_how_probable_it_is(found):
     search, lines = found
     assert search.best.model.labels == (DRY,)
     assert not np.any(search.best.is_missing)
     assert search.cost(search.best) < search.cost(search.paper) - 20.0
+    assert search.cost(search.best) == min(map(search.cost, search.fitted.values()))
+    assert search.without(0) is search.paper
     assert lines[0].startswith(f"added {DRY}: the model is 10^")
-
-
-def test_a_step_says_what_was_tried_and_how_probable_it_is(found):
-    search, _ = found
     first, last = search.steps[0], search.steps[-1]
     assert first.action == f"added {DRY}"
     assert DRY in [key for tried in first.tried for key in tried.effects]
@@ -72,22 +70,14 @@ def test_a_step_says_what_was_tried_and_how_probable_it_is(found):
     assert last.misfit <= first.misfit
 
 
-def test_the_best_model_is_the_most_probable_of_those_that_were_fitted_and_explain_what_is_missing(found):
-    search, _ = found
-    assert search.cost(search.best) == min(map(search.cost, search.fitted.values()))
-
-
-def test_the_model_without_an_effect_is_the_one_that_was_fitted(found):
-    search, _ = found
-    assert search.without(0) is search.paper
-
-
-def test_a_superfluous_effect_is_dropped():
-    search = begun([rubbing()])
+def test_a_superfluous_effect_is_dropped_and_what_is_tried_is_told():
+    told = []
+    search = begun([rubbing()], trying=told.append)
     search.begin_with([with_effects(search, **{DRY: 5e-3, SCALE: 1e-5})], "confirmed")
     assert search.best.model.labels == (DRY,)
     assert search.steps[0].action == f"confirmed {DRY} and {SCALE}"
     assert search.steps[-1].action == f"dropped {SCALE}"
+    assert told[0] == f"{DRY} and {SCALE}"
 
 
 def test_what_is_suggested_and_does_not_help_is_not_kept():
@@ -97,21 +87,14 @@ def test_what_is_suggested_and_does_not_help_is_not_kept():
     assert search.steps[-1].action == "nothing more helps"
 
 
-def test_asked_to_stop_it_ends_and_keeps_the_best_so_far():
+@pytest.mark.parametrize(("at_once", "labels", "steps"), [(True, (), 0), (False, (DRY,), 1)])
+def test_asked_to_stop_it_ends_and_keeps_the_best_so_far(at_once, labels, steps):
     lines = []
-    search = begun([rubbing()], stop=lambda: bool(lines), say=lines.append)
+    search = begun([rubbing()], stop=lambda: at_once or bool(lines), say=lines.append)
     with pytest.raises(InterruptedSearchError):
         search.run()
-    assert search.best.model.labels == (DRY,)
-    assert len(search.steps) == 1
-
-
-def test_asked_to_stop_at_once_it_tries_nothing():
-    search = begun([rubbing()], stop=lambda: True)
-    with pytest.raises(InterruptedSearchError):
-        search.run()
-    assert search.best is search.paper
-    assert len(search.fitted) == 1
+    assert (search.best.model.labels, len(search.steps)) == (labels, steps)
+    assert not at_once or len(search.fitted) == 1
 
 
 def test_the_same_input_gives_the_same_steps(found):
@@ -120,13 +103,6 @@ def test_the_same_input_gives_the_same_steps(found):
     again.run()
     assert again.steps == search.steps
     np.testing.assert_array_equal(again.best.values, search.best.values)
-
-
-def test_what_is_tried_is_told():
-    told = []
-    search = begun([rubbing()], trying=told.append)
-    search.begin_with([with_effects(search, **{DRY: 5e-3, SCALE: 1e-5})], "confirmed")
-    assert told[0] == f"{DRY} and {SCALE}"
 
 
 def test_what_cannot_be_fitted_is_told_and_left_out(monkeypatch):

@@ -34,15 +34,12 @@ def with_curve(rubbing):
     return replace(rubbing, model=model, values=values, linear=tuple(linear), is_missing=np.array([True, True]))
 
 
-def test_the_hidden_effect_s_score_is_first_and_so_is_its_model(rubbing):
+def test_the_hidden_effect_s_score_is_first_and_so_is_its_model_and_scores_come_once_for_each_the_best_first(rubbing):
     neighbours, scored = additions(rubbing, named_only=True)
     assert scored[0].active.effect.key == DRY
     assert neighbours[0].what == (DRY,)
     assert neighbours[0].model.labels == (DRY,)
     np.testing.assert_array_equal(neighbours[0].values, [*rubbing.values, *scored[0].values])
-
-
-def test_scores_come_once_for_each_effect_the_best_first(rubbing):
     _, scored = additions(rubbing, named_only=False)
     keys = [(score.active.effect.key, score.active.trial) for score in scored]
     assert len(keys) == len(set(keys))
@@ -59,15 +56,12 @@ def test_nothing_is_proposed_where_nothing_is_hidden(clean):
 def test_a_curve_has_a_score_only_where_it_may_be_named_a_curve_and_in_a_joint_where_a_torque_is_missing(rubbing):
     _, named = additions(rubbing, named_only=True)
     assert not any(score.active.effect.curve for score in named)
-    assert not rubbing.is_missing[0]
-    assert rubbing.is_missing[1]
-    _, any_torque = additions(rubbing, named_only=False)
-    assert {score.active.effect.joint for score in any_torque if score.active.effect.curve} == {"outer"}
-
-
-def test_of_torques_without_a_name_one_is_proposed(rubbing):
-    neighbours, scored = additions(rubbing, named_only=False)
-    assert sum(score.active.effect.curve is not None for score in scored) > 1
+    assert rubbing.is_missing.tolist() == [False, True]
+    neighbours, any_torque = additions(rubbing, named_only=False)
+    curves = [score for score in any_torque if score.active.effect.curve]
+    assert {score.active.effect.joint for score in curves} == {"outer"}
+    # Of several torques without a name one is proposed.
+    assert len(curves) > 1
     assert sum(neighbour.model.effects[-1].effect.curve is not None for neighbour in neighbours) <= 1
 
 
@@ -106,9 +100,7 @@ def test_an_extended_model_begins_with_what_it_contains(with_friction):
             if not any(p.name == own.name and p.begins for p in active.fitted):
                 assert values.get(own.name, with_friction.values[5]) == with_friction.values[5]
         assert neighbour.again
-
-
-def test_an_extended_model_is_not_tried_where_no_torque_is_missing(with_friction):
+    # Where no torque is missing none is tried.
     assert not list(extended_models(replace(with_friction, is_missing=np.zeros(2, dtype=bool))))
 
 
@@ -140,17 +132,13 @@ def test_where_the_base_moves_a_mode_of_its_own_is_proposed_with_more_than_the_r
     assert 1.0 / (compliance * frequency**2) == pytest.approx(1.5 * rods)
 
 
-def test_in_the_place_of_an_effect_others_begin_from_the_model_without_it(rubbing):
+def test_in_the_place_of_an_effect_others_begin_from_the_model_without_it_but_what_does_as_much_beside_it(rubbing):
     found = with_effect(rubbing, "joint_spring.outer", *np.zeros(len(known("joint_spring.outer").parameters)))
     alternatives = list(replacements(found, 0, rubbing, beside=[], named_only=True))
     assert alternatives[0].what == (DRY,)
     for alternative in alternatives:
         assert "joint_spring.outer" not in alternative.model.labels
         np.testing.assert_array_equal(alternative.values[:5], rubbing.values)
-
-
-def test_what_does_as_much_beside_an_effect_does_not_take_its_place(rubbing):
-    found = with_effect(rubbing, "joint_spring.outer", *np.zeros(len(known("joint_spring.outer").parameters)))
     _, beside = additions(rubbing, named_only=True)
     assert DRY in [score.active.effect.key for score in beside]
     assert not list(replacements(found, 0, rubbing, beside, named_only=True))
@@ -167,10 +155,7 @@ def test_a_simpler_model_lacks_one_effect_and_keeps_all_other_values(with_fricti
     assert set(simpler) == {(DRY,), ("encoder_scale.inner",)}
     np.testing.assert_array_equal(simpler[(DRY,)].values, found.values[[0, 1, 2, 3, 4, 6]])
     assert simpler[(DRY,)].model.labels == ("encoder_scale.inner",)
-
-
-def test_an_effect_that_is_sure_is_not_tried_to_be_dropped(with_friction):
-    found = with_effect(with_friction, "encoder_scale.inner", 1e-4)
+    # One that is sure is not tried to be dropped.
     assert [neighbour.what for neighbour in simplifications(found, sure=16.0)] == [("encoder_scale.inner",)]
 
 

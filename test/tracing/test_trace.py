@@ -24,6 +24,8 @@ pytestmark = pytest.mark.long
 TORQUE = 0.004
 INERTIA = 0.1296 * 0.2007**2 + 0.0007 + (0.1154 + 0.2192) * 0.4**2
 """A22 of the rig [kg m^2]."""
+KEY = "coulomb_friction.outer"
+TIMES = np.arange(600) / 100.0
 STARTS = ((math.pi + 1.5, math.pi + 0.8, 0.0, 0.0), (math.pi - 1.1, math.pi + 1.4, 0.0, 0.0), (4.4, 4.0, 0.0, 0.0))
 
 
@@ -32,22 +34,17 @@ def dry_friction_in_the_outer_joint(time, state):
     return -torque, torque
 
 
+def swings(starts, torque, times=TIMES):
+    return [
+        twin(np.random.default_rng(index), start=start, times=times, noise=5e-4, torque=torque, tolerance=1e-8)
+        for index, start in enumerate(starts)
+    ]
+
+
 @pytest.fixture(scope="module")
 def identified():
-    rng = np.random.default_rng(5)
-    trials = [
-        twin(
-            rng,
-            start=start,
-            times=TEN_SECONDS,
-            noise=5e-4,
-            torque=dry_friction_in_the_outer_joint,
-            tolerance=1e-8,
-            name=f"trial {index}",
-        )
-        for index, start in enumerate(STARTS)
-    ]
-    return identify(trials[:2], trials[2:], IdentifyOptions())
+    trials = swings(STARTS, dry_friction_in_the_outer_joint)
+    return identify(trials[:2], trials[2:], IdentifyOptions(named_effects_only=True))
 
 
 @pytest.fixture(scope="module")
@@ -55,34 +52,29 @@ def traced(identified):
     return trace(identified)
 
 
-def test_what_predicts_held_out_motion_worse_than_the_paper_s_model_is_withdrawn(identified, traced, monkeypatch):
-    monkeypatch.setattr(tracing, "is_worse", lambda error, other: True)
-    kept = trace(identified)
-    assert kept.withdrawn.effects == ("coulomb_friction.outer",)
-    assert kept.withdrawn.holdout == pytest.approx(traced.after.holdout.rmse(), rel=1e-6)
-    assert kept.effects == ()
-    assert kept.after is kept.before
-    assert len(kept.completed.fit.values) == len(identified.fit.values)
-    assert kept.selection.steps
+def judged_again(identified, selection):
+    """Return the same with effects that were selected before: what is tried here is what follows."""
+    return judged(identified, selection, (), lambda line: None)
 
 
-def test_where_nothing_was_found_nothing_is_withdrawn(identified, monkeypatch):
-    monkeypatch.setattr(tracing, "is_worse", lambda error, other: True)
-    assert trace(replace(identified, failure="no motion")).withdrawn is None
+def test_the_effect_is_named_in_its_joint_and_no_other_and_explains_all_but_the_noise(identified, traced):
+    (effect,) = traced.effects
+    assert (effect.active.effect.key, effect.certainty, effect.also_possible) == (KEY, "named", ())
+    # It is as sure as the models with it are probable.
+    assert effect.probability > 0.98
+    assert effect.log10_odds > 10.0
+    assert effect.rmse_holdout_before > effect.rmse_holdout_after == traced.after.holdout.rmse()
+    noise = float(np.sqrt(np.mean(identified.data.noise**2)))
+    assert traced.errors["effects"].holdout.rmse < 1.2 * noise < traced.errors["refined"].holdout.rmse
+    for role in ("fit", "holdout"):
+        stages = ("nominal", "search", "refined", "effects")
+        nominal, search, refined, effects = (getattr(traced.errors[stage], role) for stage in stages)
+        assert effects.rmse < refined.rmse < search.rmse < nominal.rmse
+        assert effects.sse_free_run < refined.sse_free_run
+    assert not traced.unexplained.significant
 
 
-@pytest.mark.parametrize(("error", "worse"), [(0.9, False), (1.01, False), (1.03, True), (float("nan"), True)])
-def test_a_model_is_worse_where_its_error_is_larger_beyond_chance_or_none(error, worse):
-    assert is_worse(error, 1.0) == worse
-
-
-def test_the_effect_is_named_in_its_joint_and_no_other(traced):
-    assert [(found.active.effect.name, found.active.effect.joint) for found in traced.effects] == [
-        ("coulomb_friction", "outer")
-    ]
-
-
-def test_its_torque_is_found_up_to_the_inertia_that_no_trial_shows(identified, traced):
+def test_its_torque_is_found_up_to_the_inertia_that_no_trial_shows(traced):
     (parameter,) = traced.effects[0].parameters
     # The physical values are the nearest to nominal ones; the torque scales with their inertia as all torques do.
     m1, m2, m0, l1, _, J1, *_ = traced.physical.values
@@ -91,39 +83,6 @@ def test_its_torque_is_found_up_to_the_inertia_that_no_trial_shows(identified, t
     relative = parameter.std / parameter.value
     assert relative == pytest.approx(traced.physical.inertia_relative_std, rel=0.05)
     assert abs(inertia / INERTIA - 1) < 3 * relative
-
-
-def test_the_error_on_the_trial_held_out_falls_to_the_noise(identified, traced):
-    noise = float(np.sqrt(np.mean(identified.data.noise**2)))
-    assert traced.errors["effects"].holdout.rmse < 1.2 * noise < traced.errors["refined"].holdout.rmse
-
-
-def test_nothing_remains(traced):
-    assert not traced.unexplained.significant
-
-
-def test_each_stage_is_better_than_the_one_before(traced):
-    for role in ("fit", "holdout"):
-        nominal, search, refined, effects = (
-            getattr(traced.errors[stage], role) for stage in ("nominal", "search", "refined", "effects")
-        )
-        assert effects.rmse < refined.rmse < search.rmse < nominal.rmse
-        assert effects.sse_free_run < refined.sse_free_run
-
-
-@pytest.fixture(scope="module")
-def spoilt(identified):
-    """The same, but that in the last of what is held out the rods are moved by hand."""
-    *others, last = identified.data.holdout
-    moved = np.where((last.time > 0.5 * last.duration)[:, None], 0.05, 0.0)
-    data = replace(identified.data, holdout=(*others, replace(last, theta=last.theta + moved)))
-    return trace(replace(identified, data=data))
-
-
-def test_what_is_held_out_has_no_part_in_the_choice_and_the_values_that_it_judges(spoilt, traced):
-    assert spoilt.selection.steps == traced.selection.steps
-    assert np.array_equal(spoilt.after.fit.values, traced.after.fit.values)
-    assert spoilt.errors["effects"].holdout.rmse > 10 * traced.errors["effects"].holdout.rmse
 
 
 def test_the_final_values_are_those_of_all_that_was_measured(traced):
@@ -135,46 +94,60 @@ def test_the_final_values_are_those_of_all_that_was_measured(traced):
     assert np.all(np.abs(final - judged) < 5.0 * np.sqrt(chosen))
 
 
-def test_without_values_from_whole_swings_those_that_were_judged_stand_and_the_report_says_why(identified, monkeypatch):
+def test_a_disturbance_in_what_is_held_out_is_told_and_has_no_part_in_choice_and_values(identified, traced):
+    """In the last of what is held out the rods are moved by hand."""
+    *others, last = identified.data.holdout
+    moved = np.where((last.time > 0.5 * last.duration)[:, None], 0.05, 0.0)
+    data = replace(identified.data, holdout=(*others, replace(last, theta=last.theta + moved)))
+    spoilt = trace(replace(identified, data=data))
+    assert spoilt.selection.steps == traced.selection.steps
+    assert np.array_equal(spoilt.after.fit.values, traced.after.fit.values)
+    assert spoilt.errors["effects"].holdout.rmse > 10 * traced.errors["effects"].holdout.rmse
+    assert spoilt.unexplained.significant
+    assert spoilt.unexplained.times_noise > 10.0
+    assert [found.active.effect.key for found in spoilt.effects] == [KEY]
+
+
+def test_what_predicts_held_out_motion_worse_than_the_paper_s_model_is_withdrawn(identified, traced, monkeypatch):
+    monkeypatch.setattr(tracing, "is_worse", lambda error, other: True)
+    kept = judged_again(identified, traced.searched)
+    assert kept.withdrawn.effects == (KEY,)
+    assert kept.withdrawn.holdout == pytest.approx(traced.after.holdout.rmse(), rel=1e-6)
+    assert kept.effects == ()
+    assert kept.after is kept.before
+    assert len(kept.completed.fit.values) == len(identified.fit.values)
+    assert kept.selection.steps
+    # Where nothing was found nothing is.
+    assert trace(replace(identified, failure="no motion")).withdrawn is None
+
+
+@pytest.mark.parametrize(("error", "worse"), [(0.9, False), (1.01, False), (1.03, True), (float("nan"), True)])
+def test_a_model_is_worse_where_its_error_is_larger_beyond_chance_or_none(error, worse):
+    assert is_worse(error, 1.0) == worse
+
+
+def test_without_values_from_whole_swings_those_that_were_judged_stand_and_the_report_says_why(
+    identified, traced, monkeypatch
+):
     def fails(*arguments):
         raise IdentificationError("the most likely motion was not found in 60 steps")
 
     monkeypatch.setattr(final_values, "most_likely", fails)
     monkeypatch.setattr(final_values, "likely_near", fails)
-    found = trace(identified, stop=lambda: True)
+    found = judged_again(identified, traced.searched)
     assert found.whole is None
     np.testing.assert_array_equal(found.completed.fit.values, found.after.fit.values)
     assert found.failures == ("values from whole swings: the most likely motion was not found in 60 steps",)
     assert found.unexplained.description == "what remains could not be examined"
 
 
-def test_an_effect_is_as_sure_as_the_models_with_it_are_probable(traced):
-    (effect,) = traced.effects
-    assert effect.certainty == "named"
-    assert effect.probability > 0.98
-    assert effect.log10_odds > 10.0
-    assert effect.also_possible == ()
-    assert effect.rmse_holdout_before > effect.rmse_holdout_after == traced.after.holdout.rmse()
-
-
-def test_a_disturbance_in_what_is_held_out_is_told_and_not_fitted(spoilt):
-    assert spoilt.unexplained.significant
-    assert spoilt.unexplained.times_noise > 10.0
-    assert [found.active.effect.key for found in spoilt.effects] == ["coulomb_friction.outer"]
-
-
-def test_a_selection_that_is_stopped_keeps_the_effects_found_so_far(identified):
-    lines = []
-    stopped = trace(identified, lines.append, stop=lambda: any(line.startswith("added") for line in lines))
+@pytest.mark.parametrize(("begins", "keys"), [("added", [KEY]), ("", [])], ids=["after a step", "at once"])
+def test_a_selection_that_is_stopped_keeps_the_effects_found_so_far(identified, begins, keys):
+    lines = [""]
+    stopped = trace(identified, lines.append, stop=lambda: lines[-1].startswith(begins))
     assert stopped.selection.interrupted
-    assert stopped.effects
-    assert stopped.errors["effects"].holdout.rmse < stopped.errors["refined"].holdout.rmse
-
-
-def test_a_selection_that_is_stopped_at_once_has_none(identified):
-    stopped = trace(identified, stop=lambda: True)
-    assert stopped.selection.interrupted
-    assert stopped.effects == ()
+    assert [found.active.effect.key for found in stopped.effects] == keys
+    assert not keys or stopped.errors["effects"].holdout.rmse < stopped.errors["refined"].holdout.rmse
 
 
 def test_held_out_motion_that_the_paper_s_model_cannot_follow_is_led_to_by_the_one_with_effects(
@@ -188,7 +161,7 @@ def test_held_out_motion_that_the_paper_s_model_cannot_follow_is_led_to_by_the_o
         return evaluate(found, data, like)
 
     monkeypatch.setattr(FinalModel, "of", of)
-    found = trace(identified)
+    found = judged_again(identified, traced.searched)
     assert found.errors["effects"].holdout.rmse == pytest.approx(traced.errors["effects"].holdout.rmse, rel=1e-3)
     assert found.errors["refined"].holdout.rmse == pytest.approx(traced.errors["refined"].holdout.rmse, rel=0.1)
 
@@ -214,18 +187,8 @@ def test_a_spring_so_strong_that_the_papers_model_cannot_follow_is_begun_with():
         torque = -stiffness * (state[1] - state[0])
         return -torque, torque
 
-    trials = [
-        twin(
-            np.random.default_rng(index),
-            start=(2.2 + 0.3 * index, 2.6, 0.0, 20.0),
-            times=TEN_SECONDS[:1200],
-            noise=5e-4,
-            torque=spring_across_the_outer_joint,
-            tolerance=1e-8,
-            name=f"trial {index}",
-        )
-        for index in range(2)
-    ]
+    starts = [(2.2 + 0.3 * index, 2.6, 0.0, 20.0) for index in range(2)]
+    trials = swings(starts, spring_across_the_outer_joint, TEN_SECONDS[:1200])
     found = trace(identify(trials, [], IdentifyOptions()))
     assert not found.failure
     assert [effect.active.effect.key for effect in found.effects] == ["joint_spring.outer"]

@@ -47,6 +47,7 @@ def test_nothing_remains_of_clean_motion(clean):
     assert found.description == "nothing but the encoders' noise"
     assert np.all(found.torque == 0.0)
     assert found.times_noise == pytest.approx(1.0)
+    assert remains(of_its_noise(clean), error=3.0).times_noise == pytest.approx(3.0)
 
 
 def test_autocorrelated_noise_is_noise():
@@ -98,10 +99,6 @@ def test_an_error_above_the_noise_that_no_torque_explains_remains(clean, angle):
     assert found.significant
     assert found.joint == ("inner", "outer")[angle]
     assert found.description == f"theta{angle + 1} is 1.5 times its noise off, by what no torque would explain"
-
-
-def test_held_out_errors_are_told_in_times_the_noise(clean):
-    assert remains(of_its_noise(clean), error=3.0).times_noise == pytest.approx(3.0)
 
 
 @pytest.mark.parametrize(("error", "significant"), [(1.1, False), (1.5, True)])

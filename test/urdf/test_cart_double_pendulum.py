@@ -94,16 +94,10 @@ def test_two_rigs_share_the_world_and_nothing_else():
     assert set.intersection(*links) == {"world"}
 
 
-def test_the_simulated_rig_can_be_translucent():
-    colours = {
-        colour.get("rgba").split()[-1]
-        for colour in ET.fromstring(description(**physical(TABLE_5), alpha=0.4)).iter("color")
-    }
-    assert colours == {"0.4"}
-
-
-def test_a_body_is_one_that_can_exist():
-    for link in ET.fromstring(description(**physical(TABLE_5))).iter("link"):
+def test_a_body_is_one_that_can_exist_and_can_be_translucent():
+    rig = ET.fromstring(description(**physical(TABLE_5), alpha=0.4))
+    assert {colour.get("rgba").split()[-1] for colour in rig.iter("color")} == {"0.4"}
+    for link in rig.iter("link"):
         if (inertia := link.find("inertial/inertia")) is not None:
             moments = sorted(float(inertia.get(axis)) for axis in ("ixx", "iyy", "izz"))
             assert moments[0] > 0.0

@@ -176,18 +176,6 @@ def test_an_impulse_gives_its_rod_its_impulse(joint):
     assert given_to == pytest.approx([0.7, 0.0] if joint == "inner" else [0.0, 0.7], rel=1e-6)
 
 
-@pytest.mark.parametrize("joint", JOINTS)
-def test_a_spring_at_ease_where_the_rods_hang_does_not_move_them_from_there(joint):
-    hanging = [math.pi, math.pi, 0.0, 0.0]
-    assert torque_of(EFFECTS[f"joint_spring.{joint}"], hanging, [1.0, 0.0]) == pytest.approx([0.0, 0.0], abs=1e-12)
-
-
-def test_drag_along_a_rod_whose_joint_rests_is_that_of_its_rotation():
-    state = [0.3, 1.2, 0.0, 5.0]
-    along, alone = (EFFECTS[f"air_drag.outer.{variant}"] for variant in ("strips", "rotation"))
-    assert torque_of(along, state, [0.01, 1.0])[1] == pytest.approx(torque_of(alone, state, [0.01])[1], rel=1e-9)
-
-
 @given(
     state=st.tuples(*[st.floats(-10.0, 10.0)] * 2, *[st.floats(-20.0, 20.0)] * 2),
     ratio=st.floats(0.3, 3.0),
@@ -205,18 +193,22 @@ def test_drag_along_a_rod_is_the_integral_over_it_wherever_the_air_comes_from(st
     assert found == pytest.approx(expected, rel=1e-5, abs=1e-6)
 
 
-def test_drag_along_a_rod_is_that_of_one_that_is_as_much_longer_as_its_length_ratio_says():
+def test_drag_along_a_rod_goes_by_its_length_ratio_and_is_that_of_rotation_where_its_joint_rests():
     state, strips = STATES[0], EFFECTS["air_drag.outer.strips"]
     by_ratio = torque_of(strips, state, [0.01, 1.4])
     assert by_ratio == pytest.approx(torque_of(strips, state, [0.01, 1.0], outer_length=1.4 * OUTER_LENGTH), rel=1e-9)
     assert by_ratio != pytest.approx(torque_of(strips, state, [0.01, 1.0]), rel=0.01)
+    resting, rotation = [0.3, 1.2, 0.0, 5.0], EFFECTS["air_drag.outer.rotation"]
+    of_rotation = torque_of(rotation, resting, [0.01])[1]
+    assert torque_of(strips, resting, [0.01, 1.0])[1] == pytest.approx(of_rotation, rel=1e-9)
 
 
 @pytest.mark.parametrize("joint", JOINTS)
-def test_stribeck_friction_at_speed_is_dry_friction(joint):
-    fast = [0.3, 1.2, 9.0, -9.0]
+def test_stribeck_friction_at_speed_is_dry_friction_and_a_spring_at_ease_where_the_rods_hang_leaves_them_there(joint):
+    fast, hanging = [0.3, 1.2, 9.0, -9.0], [math.pi, math.pi, 0.0, 0.0]
     plain = torque_of(EFFECTS[f"coulomb_friction.{joint}"], fast, [0.05])
     assert torque_of(EFFECTS[f"stribeck_friction.{joint}"], fast, [0.05, 0.05, 0.5]) == pytest.approx(plain)
+    assert torque_of(EFFECTS[f"joint_spring.{joint}"], hanging, [1.0, 0.0]) == pytest.approx([0.0, 0.0], abs=1e-12)
 
 
 def test_a_tilted_base_leaves_the_rods_hanging_along_gravity():

@@ -68,15 +68,15 @@ def test_every_word_of_laws_code_is_known(tmp_path, monkeypatch, at):
     np.testing.assert_allclose(found[1], found[0], rtol=1e-12)
 
 
-PROGRAM = """
+LAW = "def doubled(z, p, sums, rows):\n    rows[0] = 2.0*p[0]\n"
+PROGRAM = f"""
 import resource, sys
 if "full" in sys.argv:
     resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))  # every file is full before its first byte
 import ctypes
 from cdp_ident.model.formulas.machine_code import laws_in
-LAW = 'def doubled(z, p, sums, rows):\\n    rows[0] = 2.0*p[0]\\n'
 numbers = (ctypes.c_double * 1)(3.0)
-kept = laws_in(LAW)
+kept = laws_in({LAW!r})
 ctypes.CFUNCTYPE(None, *[ctypes.POINTER(ctypes.c_double)] * 4)(kept.of("doubled"))(*[numbers] * 4)
 print(numbers[0])
 """
@@ -101,11 +101,20 @@ def doubled(tmp_path):
     "damage", [lambda code: b"", lambda code: code[:-20] + b"x" * 20, lambda code: code[: len(code) // 2]],
     ids=["empty", "changed", "cut off"],
 )  # fmt: skip
-def test_damaged_machine_code_is_made_anew(doubled, tmp_path, damage):
-    assert doubled() == ("6.0", "")
-    (kept,) = tmp_path.glob("kept/*/*.o")
-    kept.write_bytes(damage(kept.read_bytes()))
-    assert [doubled(), doubled()] == [("6.0", "")] * 2
+def test_damaged_machine_code_is_made_anew(tmp_path, monkeypatch, damage):
+    monkeypatch.setattr(compilation, "_CACHE_FOLDER", str(tmp_path))
+
+    def doubled():
+        laws, rows = laws_in(LAW), np.zeros(1)
+        call(laws.of("doubled"), rows, np.array([3.0]), rows, rows)
+        return rows[0]
+
+    assert doubled() == 6.0
+    (file,) = tmp_path.glob("*.o")
+    whole = file.read_bytes()
+    file.write_bytes(damage(whole))
+    assert [doubled(), doubled()] == [6.0, 6.0]
+    assert file.read_bytes() == whole
 
 
 @pytest.mark.parametrize(
