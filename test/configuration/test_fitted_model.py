@@ -109,6 +109,14 @@ def test_what_happened_once_is_in_its_trial_only():
         assert [A22 * strength for _, (strength, _) in acting.each()] == pytest.approx(strengths)
 
 
+def test_what_one_trial_has_more_acts_in_that_trial_beside_what_all_have():
+    names = {"effects.coulomb_friction.outer.torque": 0.004, "effects.coulomb_friction.outer.2.torque": 0.002}
+    model = model_of(names | {"effects.coulomb_friction.outer.2.trial": "one"})
+    for name, strengths in {"one": [0.004, 0.002], "two": [0.004], None: [0.004]}.items():
+        acting = model.motion.acting(model.values, model.trial(name))
+        assert [A22 * strength for _, (strength, *_) in acting.each()] == pytest.approx(strengths)
+
+
 def test_the_outer_rod_is_as_long_as_the_identification_took_it_to_be():
     assert model_of({}).motion.mechanism.outer_length == 0.4
     assert model_of({"outer_rod_length": 0.5}).motion.mechanism.outer_length == 0.5

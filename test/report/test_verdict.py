@@ -37,6 +37,15 @@ def test_it_names_the_effect_its_place_its_strength_and_what_is_left(trace):
     assert sentence.endswith(" Torques in N m are known to ± 21 % once the outer rod is weighed.")
 
 
+def test_it_says_that_trials_differ_from_one_another_and_in_what(trace):
+    (one,) = named(trace).effects
+    more = replace(one, active=replace(one.active, trial=1))
+    assert effect_in_words(more).startswith("More dry friction in the outer joint in one trial, ")
+    said = verdict(replace(trace, effects=(one, more)))
+    assert "Trials differ from one another in dry friction in the outer joint: the next one may differ, too." in said
+    assert "Trials differ" not in verdict(trace)
+
+
 def test_newton_metres_are_headlined_where_they_rest_on_something(weighted_outcome):
     said = verdict(named(weighted_outcome.trace))
     assert " mN m, explains " in said

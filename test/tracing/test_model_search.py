@@ -9,6 +9,7 @@ from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.likelihood.maxima import likelier_maximum
 from cdp_ident.tracing import model_search
+from cdp_ident.tracing.certainty import probabilities
 from cdp_ident.tracing.model_search import InterruptedSearchError, ModelSearch
 from cdp_ident.tracing.neighbours import Neighbour
 from scenarios.swings import BEGIN, fitted, known, measured, motion, recorded
@@ -127,6 +128,18 @@ def test_zeros_that_differ_from_trial_to_trial_are_found():
     zeros = search.best.values[search.best.model.of_zeros]
     assert zeros == pytest.approx([4e-3, -4e-3], abs=3e-4)
     assert not search.best.model.effects
+
+
+def test_friction_that_differs_between_trials_is_what_one_has_more():
+    rng = np.random.default_rng(6)
+    trials = [measured(motion(start, dry=dry), rng) for start, dry in (((1.5, 1.2), 4e-4), ((1.4, 1.9), 8e-4))]
+    search = begun(trials)
+    search.run()
+    assert [(a.effect.key, a.trial) for a in search.best.model.effects] == [(DRY, None), (DRY, 1)]
+    one, more = search.best.values[-2:]
+    assert more == pytest.approx(one, rel=0.1)
+    assert not np.any(search.best.is_missing)
+    assert all(probability > 0.95 for probability in probabilities(search))
 
 
 def test_one_trial_has_no_zeros_of_its_own():

@@ -10,6 +10,7 @@ import pytest
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.formulas.language import COEFFICIENTS
+from cdp_ident.tracing.missing_torque import MissingTorque
 from cdp_ident.tracing.neighbours import additions, extended_models, hidden_by_torques, replacements, simplifications
 from cdp_ident.tracing.odds import unlikelihood
 from scenarios.swings import TIME, fitted, known, measured, motion, recorded, with_effect
@@ -124,12 +125,45 @@ def test_where_the_base_moves_a_mode_of_its_own_is_proposed_with_more_than_the_r
     moving = replace(rubbing, noise=replace(rubbing.noise, of_base=True), is_missing=np.array([True, False]))
     keys = [each.what for each in hidden_by_torques(moving)]
     assert keys.count(("pivot_compliance.base.oscillating",)) == 3
-    assert [each.what for each in hidden_by_torques(rubbing)] == [("backlash.inner",), ("backlash.outer",)]
     each = next(e for e in hidden_by_torques(moving) if e.model.effects[-1].effect.swings)
     compliance, frequency, _ = each.values[-3:]
     A23, A33, a1, *_ = each.values
     rods = a1**2 + (A23 / each.model.coefficients(each.values)[COEFFICIENTS.index("L")]) ** 2 / A33
     assert 1.0 / (compliance * frequency**2) == pytest.approx(1.5 * rods)
+
+
+def test_dry_friction_is_proposed_in_joints_where_a_torque_is_missing_and_play_everywhere(rubbing, clean):
+    dry, *play = hidden_by_torques(rubbing)
+    assert (dry.what, [each.what for each in play]) == ((DRY,), [("backlash.inner",), ("backlash.outer",)])
+    assert dry.values[-1] == pytest.approx(np.sqrt(np.mean(MissingTorque.of(rubbing).torque[:, 1] ** 2)))
+    assert [each.what for each in hidden_by_torques(clean)] == [each.what for each in play]
+
+
+def test_a_spring_without_stiffness_may_be_a_constant_torque_and_one_that_is_sure_not(rubbing):
+    found = with_effect(rubbing, "joint_spring.outer", 0.0, 0.02)
+    less = ("joint_spring.outer but for constant_torque.outer",)
+    each = next(each for each in simplifications(found, 100.0) if each.what == less)
+    assert each.model.labels == ("constant_torque.outer",)
+    assert each.values == pytest.approx([*found.values[:-2], found.values[-1]])
+    stiff = replace(found, values=np.array([*found.values[:-2], 5.0, 0.02]))
+    assert less not in [each.what for each in simplifications(stiff, 100.0)]
+
+
+def test_what_one_trial_has_more_than_the_others_is_proposed_of_effects_that_are_there():
+    rng = np.random.default_rng(4)
+    trials = [measured(motion(start, dry=dry), rng) for start, dry in (((1.5, 1.2), 4e-4), ((1.4, 1.9), 8e-4))]
+    found = fitted(recorded(trials))
+    found = with_effect(found, DRY, 6e-3)
+    proposed = {(s.active.effect.key, s.active.trial) for s in additions(found, named_only=True)[1]}
+    assert (DRY, 1) in proposed
+    assert (DRY, 0) not in proposed  # it has less
+    active = ActiveEffect(known(DRY), trial=1)
+    assert active.is_difference
+    of_all = unlikelihood(ActiveEffect(known(DRY)), found.recorded)
+    assert unlikelihood(active, found.recorded) == pytest.approx(of_all + 2.0 * np.log(2.0))
+    again = with_effect(found, DRY, 1e-3, trial=1)
+    assert not [s for s in additions(again, named_only=True)[1] if s.active == active]
+    assert not [each for forms in extended_models(again) for each in forms if each[0].model.effects[-1].trial == 1]
 
 
 def test_in_the_place_of_an_effect_others_begin_from_the_model_without_it_but_what_does_as_much_beside_it(rubbing):
