@@ -29,6 +29,11 @@ class ActiveEffect:
         """Whether it is what one trial has more than the others."""
         return self.trial is not None and not self.effect.at_an_instant
 
+    @property
+    def key(self) -> str:
+        """The effect's; of a difference that it is one."""
+        return f"more {self.effect.key} in one trial" if self.is_difference else self.effect.key
+
     @cached_property
     def fitted(self) -> tuple[EffectParameter, ...]:
         """Its parameters that are fitted."""

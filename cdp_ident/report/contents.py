@@ -18,7 +18,6 @@ from cdp_ident.diagnosis.new_trial import NewTrialCheck
 from cdp_ident.diagnosis.prediction import plan_of, predicted
 from cdp_ident.diagnosis.warnings import FitWarning, find_warnings, outlier_warnings
 from cdp_ident.diagnosis.whiteness import Whiteness
-from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.data import Data
 from cdp_ident.fit.initial_states import Fit
 from cdp_ident.fit.motion_model import MotionModel
@@ -214,7 +213,7 @@ def _effect(outcome: Outcome, found: FoundEffect) -> Also:
 
 def _in_doubt(traced: Trace) -> list[tuple[str, float, Array]]:
     """Return the effects that the trials neither show nor exclude."""
-    return [(doubt.active.effect.key, doubt.weight, doubt.change[: len(GROUPS)]) for doubt in traced.in_doubt]
+    return [(doubt.active.key, doubt.weight, doubt.change[: len(GROUPS)]) for doubt in traced.in_doubt]
 
 
 def _selection(traced: Trace) -> Section:
@@ -223,7 +222,7 @@ def _selection(traced: Trace) -> Section:
     if selection is None:
         return {"interrupted": False, "looked_in_s": 0.0, "steps": [], "candidates": []}
     recorded = selection.after.recorded
-    scores = [(_candidate(s.active), log10_odds(s.misfit + unlikelihood(s.active, recorded))) for s in selection.scores]
+    scores = [(s.active.key, log10_odds(s.misfit + unlikelihood(s.active, recorded))) for s in selection.scores]
     return {
         "interrupted": selection.interrupted,
         "looked_in_s": selection.seconds,
@@ -233,11 +232,6 @@ def _selection(traced: Trace) -> Section:
             for effect, odds in sorted(scores, key=lambda pair: -pair[1])
         ],
     }
-
-
-def _candidate(active: ActiveEffect) -> str:
-    """Return an effect's key; of one by which a trial differs, that it is in one trial."""
-    return f"more {active.effect.key} in one trial" if active.is_difference else active.effect.key
 
 
 def _whole_swings(found: WholeSwings, inertia: float) -> Also:

@@ -153,7 +153,7 @@ def _with(found: WholeSwings, active: ActiveEffect, values: Array) -> Neighbour:
     """Return a model with an effect more, in the place of the one that it contains, if any, whose values it has too."""
     index = _contained(found.model, active.effect)
     if index is None:
-        return Neighbour(found.model.with_effect(active), np.concatenate([found.values, values]), (active.effect.key,))
+        return Neighbour(found.model.with_effect(active), np.concatenate([found.values, values]), (active.key,))
     own = _by_name(found, index)
     more = [value + own.get(p.name, 0.0) for p, value in zip(active.fitted, values.tolist(), strict=True)]
     return _instead(found, index, active, more)
@@ -164,7 +164,7 @@ def _instead(found: WholeSwings, index: int, active: ActiveEffect, values: Seque
     others, remain = found.model.without_effect(index)
     lower, upper = (np.array([getattr(p, end) for p in active.fitted]) for end in ("lower", "upper"))
     begin = np.concatenate([found.values[remain], np.clip(values, lower, upper)])
-    return Neighbour(others.with_effect(active), begin, (active.effect.key,))
+    return Neighbour(others.with_effect(active), begin, (active.key,))
 
 
 def _contained(model: MotionModel, effect: Effect) -> int | None:
@@ -267,10 +267,10 @@ def replacements(
     """
     own, scored = found.model.effects[index].effect, _scores(without, named_only, lasting=True)
     of_own = min((score.misfit for score in scored if score.active.effect == own), default=0.0)
-    with_own = {score.active.effect.key: min(score.misfit, 0.0) for score in beside}
+    with_own = {score.active.key: min(score.misfit, 0.0) for score in beside}
     for score in scored:
         effect = score.active.effect
-        in_its_place = score.misfit - with_own.get(effect.key, 0.0)
+        in_its_place = score.misfit - with_own.get(score.active.key, 0.0)
         least = of_own if effect.curve is not None else _ALTERNATIVES * of_own
         if effect != own and in_its_place < min(least, _PROMISES):
             yield _with(without, score.active, score.values)
@@ -291,7 +291,7 @@ def simplifications(found: WholeSwings, sure: float) -> Iterator[Neighbour]:
             others, remain = found.model.without_effect(index)
             # What happens at an instant may have been fitted at another one before.
             again = any(other.effect.at_an_instant for other in others.effects)
-            yield Neighbour(others, found.values[remain], (active.effect.key,), again)
+            yield Neighbour(others, found.values[remain], (active.key,), again)
         yield from _less_of(found, index, sure)
 
 
@@ -307,7 +307,7 @@ def _less_of(found: WholeSwings, index: int, sure: float) -> Iterator[Neighbour]
         )
         if is_alike and names < own.keys() and own.keys() - names <= unsure:
             less = replace(active, effect=effect)
-            what = (f"{active.effect.key} but for {effect.key}",)
+            what = (f"{active.key} but for {effect.key}",)
             yield replace(_instead(found, index, less, [own[p.name] for p in less.fitted]), what=what)
 
 

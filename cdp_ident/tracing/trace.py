@@ -149,7 +149,7 @@ def judged(
     if failure:
         selection, after = None, before
     if selection and is_worse(after.holdout.rmse(), before.holdout.rmse()):
-        keys = tuple(active.effect.key for active in selection.after.model.effects)
+        keys = tuple(active.key for active in selection.after.model.effects)
         withdrawn, after = Withdrawn(keys, after.holdout.rmse()), before
         selection = withdrawn_from(selection, found.options.named_effects_only)
     without = [after.error_of(other) if other else float("nan") for other in selection.without] if selection else []
