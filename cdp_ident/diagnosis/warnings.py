@@ -147,8 +147,8 @@ def _differences(found: Identification) -> Iterator[FitWarning]:
                 "differs_by_trial",
                 (name,),
                 f"{active.effect.description} ({active.effect.joint}) differs from trial to trial: that of {name} is "
-                "another one, and how large it is in the next trial, nobody knows. Did a joint warm up, or was "
-                "something changed in between?",
+                "another one, and how large it is in the next trial, nobody knows. A joint may have warmed up, or "
+                "something was changed in between",
             )
 
 

@@ -302,13 +302,12 @@ def _less_of(found: WholeSwings, index: int, sure: float) -> Iterator[Neighbour]
     unsure = {name for name, value in own.items() if value**2 <= sure * variances[name]}
     for effect in known_effects():
         names = {parameter.name for parameter in ActiveEffect(effect).fitted}
-        is_alike = (
-            effect.joint == active.effect.joint and effect.law.formulas.keys() == active.effect.law.formulas.keys()
-        )
+        kind = active.effect.joint, active.effect.law.formulas.keys(), active.effect.remembers
+        is_alike = kind == (effect.joint, effect.law.formulas.keys(), effect.remembers)
         if is_alike and names < own.keys() and own.keys() - names <= unsure:
             less = replace(active, effect=effect)
-            what = (f"{active.key} but for {effect.key}",)
-            yield replace(_instead(found, index, less, [own[p.name] for p in less.fitted]), what=what)
+            neighbour = _instead(found, index, less, [own[p.name] for p in less.fitted])
+            yield replace(neighbour, what=(f"{active.key} but for {effect.key}",))
 
 
 def strength(model: MotionModel, values: Array, covariance: Array, index: int) -> float:
