@@ -109,7 +109,11 @@ RULES = (
     Rule("windows of half a swing", "cdp_ident.pipeline.identify_and_trace:_is_followed", _yes),
     Rule("values with less torque", "cdp_ident.tracing.final_model:values_with_less_torque", _its_values),
     Rule("tails of torques", "cdp_ident.likelihood.noise:Noise.with_tails", _first),
-    Rule("memory of noise and errors of time", "cdp_ident.likelihood.gauss_newton:Search._look_at_residuals", _nothing),
+    Rule(
+        "memory of noise and errors of time",
+        "cdp_ident.likelihood.gauss_newton:GaussNewton._look_at_residuals",
+        _nothing,
+    ),
     Rule("runs of readings", "cdp_ident.likelihood.swing:weights_of_runs", _as_many),
     Rule("outliers of whole swings", "cdp_ident.likelihood.noise:_OUTLIER", np.inf),
     Rule("counts per turn by balance", "cdp_ident.pipeline.identify:encoder_scale", _nothing),

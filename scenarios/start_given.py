@@ -16,7 +16,8 @@ from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.objective import SHORT_IGA, search_objective
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.windows import cut_into_windows
-from cdp_ident.likelihood.maxima import CLOSE_ENOUGH, ENOUGH_STEPS, NEAR, likely_near
+from cdp_ident.likelihood.gauss_newton import GaussNewton
+from cdp_ident.likelihood.maxima import CLOSE_ENOUGH, ENOUGH_STEPS, NEAR
 from cdp_ident.likelihood.noise import Noise
 from cdp_ident.likelihood.swing import Swing
 from cdp_ident.likelihood.whole_swing import Recorded
@@ -88,7 +89,7 @@ def _fitted(problem: StartGiven, groups: Array, evaluations: int) -> Arrival:
     recorded = Recorded(tuple(nodes), np.full(2, NOISE), STEPS, unit)
     states = [swing.states(MODEL, groups, []) for swing in nodes]
     noise = Noise.white(recorded.encoders, recorded.large_torque)
-    found = likely_near(MODEL, groups, recorded, states, noise, CLOSE_ENOUGH, ENOUGH_STEPS)
+    found = GaussNewton(MODEL, groups, recorded, states, noise, CLOSE_ENOUGH).run(ENOUGH_STEPS).found()
     # Its start is known: the whole trial is one piece.
     (whole,) = Swing.of(problem.trial, 0, STEP, problem.trial.duration, HALF_WIDTH, STEPS)
     values, steps = found.values, 0

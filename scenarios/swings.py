@@ -12,7 +12,8 @@ from scipy.signal import lfilter
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.likelihood.maxima import NEAR, likely_near
+from cdp_ident.likelihood.gauss_newton import GaussNewton
+from cdp_ident.likelihood.maxima import NEAR
 from cdp_ident.likelihood.noise import Noise
 from cdp_ident.likelihood.swing import Swing
 from cdp_ident.likelihood.whole_swing import Recorded, WholeSwings
@@ -76,7 +77,7 @@ def fitted(
     """Return a model fitted to what was recorded, by default from readings and large torques."""
     states = start.states if start else states_of(of, model, values)
     noise = start.noise if start else Noise.white(of.encoders, of.large_torque)
-    return likely_near(model, values, of, states, noise)
+    return GaussNewton(model, values, of, states, noise).run().found()
 
 
 def with_effect(found: WholeSwings, key: str, *values: float, trial: int | None = None) -> WholeSwings:

@@ -12,7 +12,8 @@ from cdp_ident.fit.data import Data
 from cdp_ident.fit.initial_states import fit_initial_states
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.windows import cut_into_windows
-from cdp_ident.likelihood.maxima import NEAR, likely_near
+from cdp_ident.likelihood.gauss_newton import GaussNewton
+from cdp_ident.likelihood.maxima import NEAR
 from cdp_ident.likelihood.noise import Noise
 from cdp_ident.likelihood.recorded import one_recorded, states_of
 from cdp_ident.trial.trial import Trial
@@ -106,7 +107,7 @@ def check_new_trial(
     recorded = one_recorded(data, trial, _NO_TRIAL, NEAR)
     states = states_of(recorded, held.model, held.values, held.windows)
     noise = Noise.white(recorded.encoders, recorded.large_torque)
-    alone = likely_near(held.model, held.values, recorded, states, noise)
+    alone = GaussNewton(held.model, held.values, recorded, states, noise).run().found()
     # Zeros of a trial are not the rig's, and coefficients of curves have no meaning one by one.
     new, old = (fitted.of_rig & ~fitted.of_curves for fitted in (alone.model, model))
     names, before, now = np.array(model.names)[old], values[old], alone.values[new]

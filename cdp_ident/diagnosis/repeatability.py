@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import chdtrc
 
-from cdp_ident.likelihood.maxima import likely_near
+from cdp_ident.likelihood.gauss_newton import GaussNewton
 from cdp_ident.likelihood.whole_swing import WholeSwings
 
 Array = npt.NDArray[np.float64]
@@ -60,7 +60,8 @@ def repeatability(found: WholeSwings, trials: Collection[int], names: Sequence[s
         places = [k for k, swing in enumerate(found.recorded.swings) if swing.trial == index]
         recorded = replace(found.recorded, swings=tuple(found.recorded.swings[k] for k in places))
         states = [found.states[k] for k in places]
-        alone = likely_near(model, found.values[remain], recorded, states, replace(found.noise, tails=()))
+        noise = replace(found.noise, tails=())
+        alone = GaussNewton(model, found.values[remain], recorded, states, noise).run().found()
         values.append(alone.values)
         covariances.append(alone.covariance)
     std = np.sqrt([np.diag(spread) for spread in covariances])

@@ -50,7 +50,7 @@ _TURNS = 300.0
 """No rod turns by more than so many radians in a time unit: where a search strays so far, it is given up."""
 
 
-class Search:
+class GaussNewton:
     """Gauss and Newton's steps on states and values, with standard deviations that fit what was found so far."""
 
     def __init__(
@@ -62,6 +62,16 @@ class Search:
         noise: Noise,
         close: float = CLOSE,
     ) -> None:
+        """Begin near the maximum that is looked for.
+
+        Args:
+            model: gives the motion.
+            values: (unknowns,)
+            recorded: what was measured.
+            states: (nodes, states) of each swing.
+            noise: of encoders, and unknown torques.
+            close: changes below this share of a standard deviation end the search.
+        """
         self._model, self.values, self._recorded, self._close = model, values, recorded, close
         self._swings = recorded.swings
         self.states = [of.copy() for of in states]
@@ -76,10 +86,13 @@ class Search:
         """(2,) the squares of the impulses, over what their standard deviation lets expect."""
         self.converged = False
 
-    def run(self, most_steps: int = MOST_STEPS, to_beat: float = np.inf, held: bool = False) -> None:
-        """Go on until nothing changes any more, for so many steps, or as long as the misfit may become so small.
+    def run(self, most_steps: int = MOST_STEPS, to_beat: float = np.inf, held: bool = False) -> "GaussNewton":
+        """Go on until nothing changes any more.
 
-        Unknown torques keep their standard deviations where these are held.
+        Args:
+            most_steps: after so many it ends where it is.
+            to_beat: a misfit; it ends where its own will hardly be smaller.
+            held: whether unknown torques keep their standard deviations.
 
         Raises:
             IdentificationError: no motion can be computed.
@@ -97,7 +110,7 @@ class Search:
             begun = self.values, self.states
             self.converged = max(change, adapted) < self._close
             if self.converged or self._steps == most_steps:
-                return
+                break
             if change < _ROUGHLY and self._taken < _TELLING and not held:
                 self._look_at_residuals()
             # Where the motion is nearly linear in all that changes, standard deviations need no other linearisation.
@@ -114,7 +127,7 @@ class Search:
             before, misfit = misfit, step.misfit
             tried += near
             if tried >= _PATIENCE and max(_HOPELESS * (before - misfit), 0.0) < misfit - to_beat:
-                return
+                break
             if change < least or (np.isfinite(adapted) and not near):
                 least, stalled = change, 0
             else:
@@ -126,6 +139,7 @@ class Search:
             self._impulses = step.impulses
             if change < _ROUGHLY and not held:
                 self._noise = self._noise.with_tails(step.impulses, self._swings, torque, self._recorded.least_torque)
+        return self
 
     def _linearise(self) -> bool:
         """Linearise the motion where the search is; return whether there is one."""

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.likelihood.gauss_newton import CLOSE, MOST_STEPS, SHOWN, Search
+from cdp_ident.likelihood.gauss_newton import SHOWN, GaussNewton
 from cdp_ident.likelihood.noise import Noise
 from cdp_ident.likelihood.whole_swing import Recorded, WholeSwings
 
@@ -50,51 +50,22 @@ def most_likely(
     """
     recorded, states = recorded_with(SPACING)
     try:
-        search = Search(model, values, recorded, states, Noise.white(recorded.encoders, recorded.least_torque))
+        search = GaussNewton(model, values, recorded, states, Noise.white(recorded.encoders, recorded.least_torque))
         search.run()
         if search.converged and np.all(search.excess < _MISSING):
             return search.found()
     except (IdentificationError, np.linalg.LinAlgError):
         pass
     recorded, states = recorded_with(NEAR)
-    found = likely_near(model, values, recorded, states, Noise.white(recorded.encoders, recorded.large_torque))
+    noise = Noise.white(recorded.encoders, recorded.large_torque)
+    found = GaussNewton(model, values, recorded, states, noise).run().found()
     if not found.converged:
         raise IdentificationError(f"the most likely motion was not found in {found.steps} steps")
     return found
 
 
-def likely_near(
-    model: MotionModel,
-    values: Array,
-    recorded: Recorded,
-    states: Sequence[Array],
-    noise: Noise,
-    close: float = CLOSE,
-    most_steps: int = MOST_STEPS,
-    to_beat: float = np.inf,
-) -> WholeSwings:
-    """Find the most likely values, states and standard deviations near given ones.
-
-    Args:
-        model: gives the motion.
-        values: (unknowns,) to begin with.
-        recorded: what was measured.
-        states: (nodes, states) of each swing, to begin with.
-        noise: to begin with.
-        close: changes below this share of a standard deviation end the search.
-        most_steps: after so many it ends where it is.
-        to_beat: a misfit; the search ends where it will hardly be smaller.
-
-    Raises:
-        IdentificationError: no motion can be computed.
-    """
-    search = Search(model, values, recorded, states, noise, close)
-    search.run(most_steps, to_beat)
-    return search.found()
-
-
-def likely_without_torque(found: WholeSwings, close: float, most_steps: int, to_beat: float) -> WholeSwings:
-    """Find the most likely values without unknown torques, from where they are with them.
+def likely_without_torque(found: WholeSwings, to_beat: float = np.inf) -> WholeSwings:
+    """Find the most likely values without unknown torques, close enough to compare, from where they are with them.
 
     A joint that dry friction holds is not held where torques move it. So these vanish little by little (continuation:
     Nocedal and Wright, Numerical Optimization, 2006, section 11.3), before they are as large as they have to be.
@@ -103,9 +74,7 @@ def likely_without_torque(found: WholeSwings, close: float, most_steps: int, to_
 
     Args:
         found: a model and its values.
-        close: see `likely_near`.
-        most_steps: see `likely_near`.
-        to_beat: see `likely_near`.
+        to_beat: see `GaussNewton.run`.
 
     Raises:
         IdentificationError: no motion can be computed.
@@ -115,13 +84,14 @@ def likely_without_torque(found: WholeSwings, close: float, most_steps: int, to_
     noise = replace(found.noise, tails=())
     while np.any(torque > recorded.least_torque):
         torque = np.maximum(_FALLS * torque, recorded.least_torque)
-        search = Search(found.model, values, recorded, states, replace(noise, torque=torque), close)
+        search = GaussNewton(found.model, values, recorded, states, replace(noise, torque=torque), CLOSE_ENOUGH)
         search.run(_HELD_STEPS, held=True)
         if search.found().misfit > found.misfit + recorded.nodes:
             values, states, torque = found.values, found.states, np.full(2, recorded.least_torque)
             break
         values, states = search.values, search.states
-    return likely_near(found.model, values, recorded, states, replace(noise, torque=torque), close, most_steps, to_beat)
+    noise = replace(noise, torque=torque)
+    return GaussNewton(found.model, values, recorded, states, noise, CLOSE_ENOUGH).run(ENOUGH_STEPS, to_beat).found()
 
 
 def likelier_maximum(found: WholeSwings) -> WholeSwings:
@@ -135,21 +105,20 @@ def likelier_maximum(found: WholeSwings) -> WholeSwings:
         found: one maximum.
     """
     recorded = found.recorded
+
+    def with_noise(noise: Noise) -> WholeSwings:
+        search = GaussNewton(found.model, found.values, recorded, found.states, noise, CLOSE_ENOUGH)
+        return search.run(ENOUGH_STEPS, found.misfit).found()
+
     try:
         if np.any(found.is_missing):
-            other = likely_without_torque(found, CLOSE_ENOUGH, ENOUGH_STEPS, found.misfit)
+            other = likely_without_torque(found, found.misfit)
         elif np.any(found.leaves_more):
-            noise = Noise.white(recorded.encoders, recorded.least_torque)
-            other = likely_near(
-                found.model, found.values, recorded, found.states, noise, CLOSE_ENOUGH, ENOUGH_STEPS, found.misfit
-            )
+            other = with_noise(Noise.white(recorded.encoders, recorded.least_torque))
         else:
             return found
         if np.any(found.is_missing) and not found.noise.of_base:
-            noise = replace(found.noise, of_base=True)
-            moved = likely_near(
-                found.model, found.values, recorded, found.states, noise, CLOSE_ENOUGH, ENOUGH_STEPS, found.misfit
-            )
+            moved = with_noise(replace(found.noise, of_base=True))
             if moved.misfit < min(found.misfit, other.misfit) - SHOWN and not moved.is_missing[1]:
                 return moved
     except (IdentificationError, np.linalg.LinAlgError):
@@ -171,8 +140,6 @@ def values_with_less_torque(found: WholeSwings) -> Array:
         IdentificationError: no motion can be computed.
     """
     torque = np.maximum(_LESS * found.noise.torque_with_tails, found.recorded.least_torque)
-    search = Search(
-        found.model, found.values, found.recorded, found.states, replace(found.noise, torque=torque, tails=())
-    )
-    search.run(_STEPS_WITH_LESS, held=True)
-    return search.values
+    noise = replace(found.noise, torque=torque, tails=())
+    search = GaussNewton(found.model, found.values, found.recorded, found.states, noise)
+    return search.run(_STEPS_WITH_LESS, held=True).values

@@ -22,7 +22,8 @@ from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.roles import assign_roles
 from cdp_ident.fit.scales import scales_of
 from cdp_ident.fit.thinning import thinned
-from cdp_ident.likelihood.maxima import CLOSE_ENOUGH, ENOUGH_STEPS, NEAR, likelier_maximum, likely_near
+from cdp_ident.likelihood.gauss_newton import GaussNewton
+from cdp_ident.likelihood.maxima import CLOSE_ENOUGH, ENOUGH_STEPS, NEAR, likelier_maximum
 from cdp_ident.likelihood.noise import Noise
 from cdp_ident.likelihood.recorded import fitted_recorded, states_of
 from cdp_ident.likelihood.whole_swing import WholeSwings
@@ -122,7 +123,8 @@ def _paper_s_model(
         for values in begins:
             try:
                 states = states_of(recorded, model, values, ())
-                found.append(likely_near(model, values, recorded, states, noise, CLOSE_ENOUGH, most_steps))
+                steps = GaussNewton(model, values, recorded, states, noise, CLOSE_ENOUGH)
+                found.append(steps.run(most_steps).found())
             except (IdentificationError, np.linalg.LinAlgError) as error:
                 failures.append(str(error))
         if found:

@@ -8,7 +8,6 @@ import shlex
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
-from cdp_ident.model.formulas.typesetting import Formula
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, PARAMETERS
 from cdp_ident.report.advice import advice_map, advice_words
 from cdp_ident.report.curves import Curves
@@ -16,6 +15,7 @@ from cdp_ident.report.document import Chapter, Charts, Code, Document, Parts, Ro
 from cdp_ident.report.figures import errors, motion, parameters, torques
 from cdp_ident.report.figures.description import Figure
 from cdp_ident.report.schema import Section
+from cdp_ident.report.typesetting import Formula
 from cdp_ident.report.wording import (
     CERTAINTY_WORDS,
     action_words,

@@ -25,6 +25,7 @@ from cdp_ident.tracing.selection import Certainty, Selection
 Array = npt.NDArray[np.float64]
 
 _Name = tuple[str, str, int | None]
+"""Name and joint of an effect, and of a difference the trial."""
 
 NAMED, PROBABLE = 0.95, 0.7
 """Probability from which on a name is said, and from which on it is said to be probable."""

@@ -10,11 +10,11 @@ import numpy.typing as npt
 
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.data import Data
+from cdp_ident.likelihood.gauss_newton import GaussNewton
 from cdp_ident.likelihood.maxima import (
     CLOSE_ENOUGH,
     ENOUGH_STEPS,
     NEAR,
-    likely_near,
     most_likely,
     values_with_less_torque,
 )
@@ -81,11 +81,10 @@ def _whole_swings(after: FinalModel, chosen: WholeSwings, data: Data) -> WholeSw
     if np.any(chosen.is_missing):
         recorded, states = with_nodes(NEAR)
         noise = replace(Noise.white(recorded.encoders, 0.0), torque=chosen.noise.torque, of_base=chosen.noise.of_base)
-        found = likely_near(after.model, after.fit.values, recorded, states, noise)
+        found = GaussNewton(after.model, after.fit.values, recorded, states, noise).run().found()
         if not found.converged:  # where joints stick now here and now there, steps may stay larger than they need be
-            found = likely_near(
-                found.model, found.values, recorded, found.states, found.noise, CLOSE_ENOUGH, ENOUGH_STEPS
-            )
+            again = GaussNewton(found.model, found.values, recorded, found.states, found.noise, CLOSE_ENOUGH)
+            found = again.run(ENOUGH_STEPS).found()
         if found.converged:
             return found
     return most_likely(after.model, after.fit.values, with_nodes)

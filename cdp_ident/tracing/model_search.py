@@ -18,7 +18,8 @@ import numpy.typing as npt
 
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.likelihood.maxima import CLOSE_ENOUGH, ENOUGH_STEPS, likelier_maximum, likely_near, likely_without_torque
+from cdp_ident.likelihood.gauss_newton import GaussNewton
+from cdp_ident.likelihood.maxima import CLOSE_ENOUGH, ENOUGH_STEPS, likelier_maximum, likely_without_torque
 from cdp_ident.likelihood.scores import Score
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.machine.parallel import parallel_map
@@ -172,7 +173,7 @@ class ModelSearch:
         if not np.any(self.best.is_missing):
             return False
         try:
-            origin = likely_without_torque(self.best, CLOSE_ENOUGH, ENOUGH_STEPS, np.inf)
+            origin = likely_without_torque(self.best)
         except (IdentificationError, np.linalg.LinAlgError) as error:
             self.failures.append(f"without unknown torques: {error}")
             return False
@@ -251,12 +252,20 @@ class ModelSearch:
         if self._stop():
             raise InterruptedSearchError
         self._trying(", ".join(" and ".join(neighbour.what) for neighbour, _ in neighbours))
-        fits = parallel_map(lambda pair: self._fit(pair[0], pair[1] or origin, with_torque), neighbours)
-        pairs = zip(fits, neighbours, strict=True)
-        return [(found, neighbour.what) for found, (neighbour, _) in pairs if found is not None]
+        begun = dict[tuple[Key, int | None], tuple[Neighbour, WholeSwings]]()
+        for place, (each, of) in enumerate(neighbours):
+            begun.setdefault((_key(each.model), place if each.again else None), (each, of or origin))
+        fits = list(parallel_map(lambda pair: self._near(*pair, with_torque), [*begun.values()]))
+        # What is kept does not depend on which fit is done first.
+        kept = [(self._kept(each, found), each.what) for (each, _), found in zip(begun.values(), fits, strict=True)]
+        return [(self.fitted[_key(found.model)], what) for found, what in kept if found is not None]
 
     def _fit(self, neighbour: Neighbour, origin: WholeSwings, with_torque: bool = False) -> WholeSwings | None:
         """Return a fitted model, from another one's states; None where no motion can be computed."""
+        return self._kept(neighbour, self._near(neighbour, origin, with_torque))
+
+    def _near(self, neighbour: Neighbour, origin: WholeSwings, with_torque: bool) -> WholeSwings | str:
+        """Return a fitted model, one that was fitted before if it need not be again; in words why there is none."""
         model, noise = neighbour.model, origin.noise
         key = _key(model)
         if key in self.fitted and not neighbour.again:
@@ -266,23 +275,20 @@ class ModelSearch:
             noise = noise.with_torque_of_at_least(_AT_LEAST * self._recorded.large_torque)
         to_beat = self.best.misfit + _HOPELESS if len(model.effects) >= len(self.best.model.effects) else np.inf
         try:
-            found = likely_near(
-                model,
-                neighbour.values,
-                self._recorded,
-                _states(origin, model),
-                noise,
-                CLOSE_ENOUGH,
-                ENOUGH_STEPS,
-                to_beat,
-            )
-            found = self._with_instants(found)
+            states = _states(origin, model)
+            steps = GaussNewton(model, neighbour.values, self._recorded, states, noise, CLOSE_ENOUGH)
+            return self._with_instants(steps.run(ENOUGH_STEPS, to_beat).found())
         except (IdentificationError, np.linalg.LinAlgError) as error:
-            self.failures.append(f"{' and '.join(neighbour.what)}: {error}")
+            return f"{' and '.join(neighbour.what)}: {error}"
+
+    def _kept(self, neighbour: Neighbour, found: WholeSwings | str) -> WholeSwings | None:
+        """Return the most likely fit of a model until now, and keep it; None where there is no new one."""
+        if isinstance(found, str):
+            self.failures.append(found)
             return None
-        if key not in self.fitted or found.misfit < self.fitted[key].misfit:
-            self.fitted[key] = found
-        return self.fitted[key]
+        before = self.fitted.get(_key(neighbour.model), found)
+        best = self.fitted[_key(neighbour.model)] = min(before, found, key=lambda one: one.misfit)
+        return best
 
     def _at_another_maximum(self, found: WholeSwings) -> WholeSwings:
         """Return the likelier of two maxima of a model; see `likelier_maximum`."""
@@ -295,9 +301,8 @@ class ModelSearch:
             values = with_better_instants(found)
             if values is None:
                 break
-            found = likely_near(
-                found.model, values, self._recorded, found.states, found.noise, CLOSE_ENOUGH, ENOUGH_STEPS
-            )
+            steps = GaussNewton(found.model, values, self._recorded, found.states, found.noise, CLOSE_ENOUGH)
+            found = steps.run(ENOUGH_STEPS).found()
         return found
 
 

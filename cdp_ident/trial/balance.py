@@ -25,6 +25,7 @@ _STICKS = 0.5
 """A joint sticks where the direction of its friction is uncertain by more than this share."""
 _NOISE_SAMPLES = 2000
 _LEAST_GRAVITY = 0.1
+"""A rod has gravity's torque at least as this share of the other's."""
 
 
 @dataclass(frozen=True)

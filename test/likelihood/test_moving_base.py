@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from cdp_ident.likelihood.maxima import likelier_maximum, likely_near
+from cdp_ident.likelihood.gauss_newton import GaussNewton
+from cdp_ident.likelihood.maxima import likelier_maximum
 from cdp_ident.likelihood.noise import Noise
 from cdp_ident.tracing.missing_torque import MissingTorque
 from reference.pendulum import TABLE_5, accelerations
@@ -37,7 +38,7 @@ def shaken():
 def with_torques(found):
     """Return a swing fitted with unknown torques in both joints."""
     noise = replace(found.noise, of_base=False, torque=np.full(2, found.recorded.large_torque), tails=())
-    return likely_near(found.model, found.values, found.recorded, found.states, noise)
+    return GaussNewton(found.model, found.values, found.recorded, found.states, noise).run().found()
 
 
 def test_one_acceleration_explains_what_torques_in_both_joints_would(shaken):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from cdp_ident.fit.active_effect import ActiveEffect
-from cdp_ident.likelihood.maxima import likely_near
+from cdp_ident.likelihood.gauss_newton import GaussNewton
 from cdp_ident.likelihood.scores import scores, shocks
 from reference import pendulum
 from reference.pendulum import TABLE_5
@@ -85,7 +85,7 @@ def test_an_impulse_is_found_where_it_was_also_where_the_base_is_said_to_move(ro
     found = fitted(recorded([measured(pushed(rod), np.random.default_rng(3))]))
     if of_base:
         noise = replace(found.noise, of_base=True)
-        found = likely_near(found.model, found.values, found.recorded, found.states, noise)
+        found = GaussNewton(found.model, found.values, found.recorded, found.states, noise).run().found()
     impulses, _ = shocks(found)
     assert max(impulses, key=lambda each: impulses[each].gain) == rod
     assert impulses[rod].gain > 40.0

@@ -112,7 +112,7 @@ def test_what_cannot_be_fitted_is_told_and_left_out(monkeypatch):
     def fails(model, *others):
         raise IdentificationError("no motion can be computed")
 
-    monkeypatch.setattr(model_search, "likely_near", fails)
+    monkeypatch.setattr(model_search, "GaussNewton", fails)
     search.run()
     assert search.best is search.paper
     assert f"{DRY}: no motion can be computed" in search.failures

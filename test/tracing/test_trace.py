@@ -133,7 +133,7 @@ def test_without_values_from_whole_swings_those_that_were_judged_stand_and_the_r
         raise IdentificationError("the most likely motion was not found in 60 steps")
 
     monkeypatch.setattr(final_values, "most_likely", fails)
-    monkeypatch.setattr(final_values, "likely_near", fails)
+    monkeypatch.setattr(final_values, "GaussNewton", fails)
     found = judged_again(identified, traced.searched)
     assert found.whole is None
     np.testing.assert_array_equal(found.completed.fit.values, found.after.fit.values)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from cdp_ident.diagnosis.inertia import Inertia
-from cdp_ident.likelihood.maxima import likely_near
+from cdp_ident.likelihood.gauss_newton import GaussNewton
 from cdp_ident.likelihood.noise import Noise
 from cdp_ident.tracing.unexplained import unexplained
 from scenarios.swings import MODEL, NOISE, TRUE, fitted, measured, motion, recorded, states_of
@@ -53,7 +53,7 @@ def test_nothing_remains_of_clean_motion(clean):
 def test_autocorrelated_noise_is_noise():
     of = recorded([measured(motion(), np.random.default_rng(5), memory=0.8)])
     small = Noise.white(of.encoders, of.least_torque)
-    found = remains(of_its_noise(likely_near(MODEL, TRUE, of, states_of(of), small)))
+    found = remains(of_its_noise(GaussNewton(MODEL, TRUE, of, states_of(of), small).run().found()))
     assert not found.significant
     assert found.description.startswith("nothing but the encoders' noise, of which 8")
     assert found.description.endswith(" % is in the next reading still")
