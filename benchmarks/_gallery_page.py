@@ -53,13 +53,11 @@ class Strengths:
 
 _NAMES = {
     "rotor_inertia": "geared_rotor",
-    "magnet": "unknown_torque",
     "partial_rub": "unknown_torque",
     "heavy_cart": "pivot_compliance",
 }
 """What the catalogue calls that which has another name in the reference."""
 _HIDDEN_AS = {
-    "magnet": "hidden as a magnet near the joint; over the angle",
     "partial_rub": "hidden as a bearing that rubs over a part of its turn; dry friction over the angle",
     "heavy_cart": "hidden as a heavy cart on a soft stand",
     "backlash": "half of the gap, as in the table above",
@@ -102,6 +100,14 @@ _DISTINCTION = {
     "constant_torque": (
         "The same torque always. Beside dry friction it makes the steps in both directions unequal; a spring's torque "
         "changes with the angle, and gravity's that is askew with the rods' absolute angles."
+    ),
+    "magnet": (
+        "A torque over the joint's angle that draws to one place, or away from it, and is felt near it alone. A "
+        "cogging torque repeats over the turn."
+    ),
+    "end_stop": (
+        "No torque up to an angle, and from there on one that pushes back, less on the way out than on the way in. A "
+        "spring's torque begins where it is at ease."
     ),
     "varying_viscosity": (
         "Viscous friction whose slope over the speed changes over the joint's turn. Dry friction that changes over the "

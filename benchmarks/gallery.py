@@ -36,7 +36,7 @@ from reference.truths import Truth, truth
 
 KINDS = (*SINGLE, "rotor_inertia.outer", "presliding_friction.inner", "presliding_friction.outer",
          "drifting_friction.inner", "drifting_friction.outer", "encoder_filter.inner", "encoder_filter.outer",
-         "magnet.inner", "magnet.outer", "partial_rub.inner", "partial_rub.outer")  # fmt: skip
+         "partial_rub.inner", "partial_rub.outer")  # fmt: skip
 """What is hidden: each effect that the catalogue names, and two nonparametric torques."""
 NAMED = {(effect.name, effect.joint) for effect in CATALOGUE}
 """What the package has names for."""

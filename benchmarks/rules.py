@@ -92,14 +92,14 @@ def _as_many(theta: Any) -> Any:
 
 
 RULES = (
-    Rule("other maxima", "cdp_ident.tracing.model_search:likelier_maximum", _first),
+    Rule("other maxima", "cdp_ident.tracing.model_search:ModelSearch._other_maxima", _no),
     Rule("other maxima of the paper's model", "cdp_ident.pipeline.identify:likelier_maximum", _first),
     Rule("zeros by trial", "cdp_ident.tracing.model_search:ModelSearch._zeros", _no),
     Rule("extended models", "cdp_ident.tracing.model_search:ModelSearch._enrich", _no),
     Rule("replacements", "cdp_ident.tracing.model_search:ModelSearch._replace", _no),
+    Rule("less torque is missing", "cdp_ident.tracing.model_search:_explains", _yes),
     Rule("names for a curve", "cdp_ident.tracing.model_search:ModelSearch._spell_out", _nothing),
     Rule("better instants", "cdp_ident.tracing.model_search:ModelSearch._with_instants", _second),
-    Rule("less torque is missing", "cdp_ident.tracing.model_search:_explains", _yes),
     Rule("play is tried", "cdp_ident.tracing.select_effects:hidden_by_torques", _empty),
     Rule("effects of balances", "cdp_ident.tracing.select_effects:_balanced", _empty),
     Rule("imitation", "cdp_ident.tracing.certainty:_imitates", _no),

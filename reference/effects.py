@@ -174,7 +174,7 @@ _DRY: dict[str, Callable[[Joint, Occasion], Effect]] = {
 }
 
 _TORQUES = ("quadratic_friction", "joint_spring", "cogging_torque", "magnet", "air_drag", "impulse",
-            "presliding_friction", "rotor_inertia", "constant_torque", "varying_viscosity")  # fmt: skip
+            "presliding_friction", "rotor_inertia", "constant_torque", "varying_viscosity", "end_stop")  # fmt: skip
 
 
 def _torque(name: str, joint: Joint, of: Occasion) -> Effect:
@@ -191,9 +191,13 @@ def _torque(name: str, joint: Joint, of: Occasion) -> Effect:
         put = _acting(lambda size: torques.cogging(joint, size, periods, phase))
         return Effect(name, joint, "N m", 1e-4 * moment, 0.2 * moment, put)
     if name == "magnet":
-        at, reach = rng.uniform(-0.1, 0.1), rng.uniform(0.08, 0.25)
+        at, reach = rng.uniform(-0.8, 0.8), rng.uniform(0.08, 0.25)
         put = _acting(lambda size: torques.magnet(joint, size, at, reach))
         return Effect(name, joint, "N m", 1e-4 * moment, 0.3 * moment, put)
+    if name == "end_stop":
+        place, loss = float(rng.choice([-1.0, 1.0]) * rng.uniform(0.4, 1.2)), rng.uniform(0.0, 0.3)
+        put = _acting(lambda size: torques.stop(joint, size, place, loss))
+        return Effect(name, joint, "N m/rad", 1e-4 * moment, 10.0 * moment, put)
     if name == "air_drag":
         shortest = 2.0 * of.values["l2"]
         whole = shortest + rng.uniform() * max(of.values["L"] - shortest, 0.0)

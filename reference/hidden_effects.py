@@ -127,7 +127,7 @@ def rub(joint: str, rng: np.random.Generator) -> HiddenEffect:
 
 
 def magnet(joint: str, rng: np.random.Generator) -> HiddenEffect:
-    """A magnet that the joint is drawn to near hanging. The package does not know it. Strength: largest torque."""
+    """A magnet that the joint is drawn to near hanging. Strength: largest torque."""
     reach, at = rng.uniform(0.08, 0.25), rng.uniform(-0.1, 0.1)
 
     def law(angle: float, _: float, size: float) -> float:

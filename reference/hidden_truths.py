@@ -42,7 +42,7 @@ EQUIVALENT = (
     frozenset({("quadratic_friction", "inner"), ("air_drag", "inner")}),
 )
 """Effects that are one and the same motion."""
-UNKNOWN_TO_THE_PACKAGE = ("partial_rub", "magnet")
+UNKNOWN_TO_THE_PACKAGE = ("partial_rub",)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 _IN_BOTH = ("coulomb_friction", "stribeck_friction", "quadratic_friction", "load_friction", "air_drag", "joint_spring",
             "cogging_torque", "impulse", "encoder_offset", "encoder_scale", "encoder_eccentricity",
             "encoder_slip", "backlash", "constant_torque", "varying_viscosity", "encoder_harmonic",
-            "encoder_compliance")  # fmt: skip
+            "encoder_compliance", "magnet", "end_stop")  # fmt: skip
 SINGLE = (*(f"{name}.{joint}" for name in _IN_BOTH for joint in ("inner", "outer")), "gravity_tilt.base",
           "pivot_compliance.base", "heavy_cart.base", "time_offset.outer", "rod_flex.inner",
           "oblique_view.base")  # fmt: skip
@@ -41,8 +41,8 @@ STICKING = (
     "stopping.outer+joint_spring.inner",
 )
 """Dry friction that stops a joint within seconds: Coulomb's, or Stribeck's with its larger torque at rest."""
-BEYOND = ("partial_rub.inner", "magnet.outer", "presliding_friction.outer",
-          "partial_rub.outer", "magnet.inner", "rotor_inertia.outer", "presliding_friction.inner",
+BEYOND = ("partial_rub.inner", "presliding_friction.outer",
+          "partial_rub.outer", "rotor_inertia.outer", "presliding_friction.inner",
           "drifting_friction.inner", "drifting_friction.outer", "encoder_filter.inner",
           "encoder_filter.outer")  # fmt: skip
 """What has no name in the package."""

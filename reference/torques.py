@@ -21,7 +21,7 @@ from reference.mechanics import L
 Array = npt.NDArray[np.float64]
 Joint = Literal["inner", "outer"]
 
-QUADRATIC, SPRING, COGGING, MAGNET, DRAG, KNOCK, DAHL, CONSTANT, EDDY = range(9)
+QUADRATIC, SPRING, COGGING, MAGNET, DRAG, KNOCK, DAHL, CONSTANT, EDDY, STOP = range(10)
 _WIDTH = 8
 
 
@@ -93,6 +93,11 @@ def eddy_currents(joint: Joint, size: float, periods: int, phase: float) -> Torq
     return Torque(EDDY, joint, (size, float(periods), phase))
 
 
+def stop(joint: Joint, stiffness: float, place: float, loss: float) -> Torque:
+    """Return an elastic stop [N m/rad] beyond an angle [rad], away from zero, that takes energy (Hunt and Crossley)."""
+    return Torque(STOP, joint, (stiffness, place, loss))
+
+
 def table(torques: Sequence[Torque]) -> Array:
     """Return the rows (k, 8) of torques."""
     return np.array([torque.row for torque in torques]).reshape(-1, _WIDTH)
@@ -152,6 +157,11 @@ def add_torques(torques: Array, rig: Array, time: float, state: Array, rates: Ar
             in_joint = a
         elif kind == EDDY:
             in_joint = -a * rate * math.sin(b * angle + c)
+        elif kind == STOP:
+            depth = (angle - b) if b > 0.0 else (b - angle)
+            inwards = rate if b > 0.0 else -rate
+            if depth > 0.0:
+                in_joint = -math.copysign(a * depth * (1.0 + c * inwards), b)
         elif kind == DAHL:
             deflection = state[7 if outer else 6]
             in_joint = -b * deflection

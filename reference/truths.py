@@ -37,7 +37,6 @@ _SAME = (
 """Names that are right for one another: the same motion, or the same cause described in more detail."""
 _BEYOND = {
     "partial_rub": "unknown_torque",
-    "magnet": "unknown_torque",
     "rotor_inertia": "geared_rotor",
     "presliding_friction": "coulomb_friction",
     "drifting_friction": "coulomb_friction",

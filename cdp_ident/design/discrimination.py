@@ -26,7 +26,7 @@ from cdp_ident.likelihood.noise import Noise
 from cdp_ident.likelihood.prior import known_before, typical
 from cdp_ident.likelihood.recorded import spread_evenly
 from cdp_ident.likelihood.reduction import Reduced, most_likely_change, reduced
-from cdp_ident.likelihood.scores import beginning_of
+from cdp_ident.likelihood.scores import beginnings
 from cdp_ident.likelihood.swing import Linearised, Swing
 from cdp_ident.likelihood.whole_swing import large_torque
 from cdp_ident.model.effects.catalogue import known_effects
@@ -232,7 +232,7 @@ def _beginning(new: ActiveEffect, unit: float) -> Array:
     if not new.effect.has_score:
         return np.array([typical(parameter, unit) for parameter in new.fitted])
     lower, upper = (np.array([getattr(parameter, end) for parameter in new.fitted]) for end in ("lower", "upper"))
-    return np.asarray(np.clip(beginning_of(new, unit), lower, upper))
+    return np.asarray(np.clip(next(beginnings(new, unit)), lower, upper))
 
 
 def can_be_the_same(alternative: Alternative) -> bool:

@@ -64,20 +64,52 @@ def most_likely(
     return found
 
 
-def likely_without_torque(found: WholeSwings, to_beat: float = np.inf) -> WholeSwings:
-    """Find the most likely values without unknown torques, close enough to compare, from where they are with them.
+def other_maxima(found: WholeSwings) -> list[WholeSwings]:
+    """Return other maxima of the likelihood of a model that leaves more than noise, close enough to compare.
+
+    Unknown torques follow what is autocorrelated noise, that noise follows what is motion, and a joint that dry
+    friction holds is not held where torques move it. What is taken for torques in both joints may be a base that moves,
+    if that leaves no torque in the outer one.
+
+    Args:
+        found: one maximum.
+
+    Raises:
+        IdentificationError: no motion can be computed.
+    """
+    if not np.any(found.leaves_more):
+        return []
+    if not np.any(found.is_missing):
+        return [_with_noise(found, Noise.white(found.recorded.encoders, found.recorded.least_torque))]
+    others = [_without_torque(found)]
+    if not found.noise.of_base:
+        moved = _with_noise(found, replace(found.noise, of_base=True))
+        if moved.misfit < found.misfit - SHOWN and not moved.is_missing[1]:
+            others.append(moved)
+    return others
+
+
+def likelier_maximum(found: WholeSwings) -> WholeSwings:
+    """Return the likeliest maximum of a model's likelihood; what it is, if others cannot be computed."""
+    try:
+        return min([found, *other_maxima(found)], key=lambda one: one.misfit)
+    except (IdentificationError, np.linalg.LinAlgError):
+        return found
+
+
+def _with_noise(found: WholeSwings, noise: Noise) -> WholeSwings:
+    """Find a maximum from where another one is, but for the noise; as far as it may be the likelier one."""
+    search = GaussNewton(found.model, found.values, found.recorded, found.states, noise, CLOSE_ENOUGH)
+    return search.run(ENOUGH_STEPS, found.misfit).found()
+
+
+def _without_torque(found: WholeSwings) -> WholeSwings:
+    """Find the most likely values without unknown torques, from where they are with them.
 
     A joint that dry friction holds is not held where torques move it. So these vanish little by little (continuation:
     Nocedal and Wright, Numerical Optimization, 2006, section 11.3), before they are as large as they have to be.
     Where the misfit then rises by more than one for each node, they vanish at once: they may have followed
     autocorrelated noise.
-
-    Args:
-        found: a model and its values.
-        to_beat: see `GaussNewton.run`.
-
-    Raises:
-        IdentificationError: no motion can be computed.
     """
     recorded, torque, values = found.recorded, found.noise.torque, found.values
     states: Sequence[Array] = found.states
@@ -91,39 +123,7 @@ def likely_without_torque(found: WholeSwings, to_beat: float = np.inf) -> WholeS
             break
         values, states = search.values, search.states
     noise = replace(noise, torque=torque)
-    return GaussNewton(found.model, values, recorded, states, noise, CLOSE_ENOUGH).run(ENOUGH_STEPS, to_beat).found()
-
-
-def likelier_maximum(found: WholeSwings) -> WholeSwings:
-    """Return a model that leaves more than noise, or what it is if one begins without, where that is more likely.
-
-    The likelihood may have several maxima: unknown torques follow what is autocorrelated noise, that noise follows what
-    is motion, and a joint that dry friction holds is not held where torques move it. What is taken for torques in both
-    joints may be a base that moves, if that leaves no torque in the outer one.
-
-    Args:
-        found: one maximum.
-    """
-    recorded = found.recorded
-
-    def with_noise(noise: Noise) -> WholeSwings:
-        search = GaussNewton(found.model, found.values, recorded, found.states, noise, CLOSE_ENOUGH)
-        return search.run(ENOUGH_STEPS, found.misfit).found()
-
-    try:
-        if np.any(found.is_missing):
-            other = likely_without_torque(found, found.misfit)
-        elif np.any(found.leaves_more):
-            other = with_noise(Noise.white(recorded.encoders, recorded.least_torque))
-        else:
-            return found
-        if np.any(found.is_missing) and not found.noise.of_base:
-            moved = with_noise(replace(found.noise, of_base=True))
-            if moved.misfit < min(found.misfit, other.misfit) - SHOWN and not moved.is_missing[1]:
-                return moved
-    except (IdentificationError, np.linalg.LinAlgError):
-        return found
-    return min(found, other, key=lambda one: one.misfit)
+    return GaussNewton(found.model, values, recorded, states, noise, CLOSE_ENOUGH).run(ENOUGH_STEPS).found()
 
 
 def values_with_less_torque(found: WholeSwings) -> Array:

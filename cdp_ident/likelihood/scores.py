@@ -8,7 +8,7 @@ effect would have). What happens at one instant is looked for at every node: an 
 Penzer, Diagnosing shocks in time series, J. Am. Stat. Assoc. 93, 1998).
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,7 +21,8 @@ from cdp_ident.likelihood.reduction import Part, memory_for_rows, most_likely_ch
 from cdp_ident.likelihood.sweeps import backwards, forwards
 from cdp_ident.likelihood.swing import Linearised, Swing
 from cdp_ident.likelihood.whole_swing import WholeSwings
-from cdp_ident.model.effects.effect import JOINTS, Joint
+from cdp_ident.model.effects.effect import JOINTS, Effect, Joint
+from cdp_ident.model.layout import ROOM
 
 Array = npt.NDArray[np.float64]
 
@@ -34,6 +35,9 @@ _PART = 1e-6
 """An unknown torque has a part in an impulse from this share on."""
 _SEEN_AT_ONCE = 1e-6
 """A shock is looked for where the readings say more of it than this share of what they say of most."""
+SHAPES = (1.0, 0.25, 4.0)
+"""An effect whose strength is not seen at one value of its shape alone is tried with the first one so many times the
+typical value."""
 
 
 @dataclass(frozen=True)
@@ -68,23 +72,47 @@ class Shock:
     """Of an impulse over A22 [1/s], or of the counts that were lost [rad]."""
 
 
-def scores(found: WholeSwings, candidates: Sequence[ActiveEffect], shape: float = 1.0) -> list[Score]:
+def scores(found: WholeSwings, candidates: Sequence[tuple[ActiveEffect, Array]]) -> list[Score]:
     """Return what each of some effects would do for a model, the best first.
 
     Args:
         found: the model, fitted.
-        candidates: effects that may have no strength; curves have their smoothness.
-        shape: value of each one's first shape parameter, over the typical one.
+        candidates: effects without strength, each with its values (k,), see `beginnings`; curves have their smoothness.
     """
+    scored = [score for some in _in_turns(found, candidates) for score in _scores(found, some)]
+    return sorted(scored, key=lambda score: score.misfit)
+
+
+def _in_turns(
+    found: WholeSwings, candidates: Sequence[tuple[ActiveEffect, Array]]
+) -> Iterator[list[tuple[ActiveEffect, Array]]]:
+    """Yield candidates for whose parameters together there is room; each that brings states of its own alone."""
+    most = ROOM - found.model.states - len(found.values)
+    some, room = list[tuple[ActiveEffect, Array]](), most
+    for candidate, beginning in candidates:
+        states, size = candidate.effect.states, len(beginning)
+        if some and candidate.effect.curve and candidate.effect == some[-1][0].effect:
+            size = 0  # another smoothness of the same curve
+        if some and (states or some[-1][0].effect.states or size > room):
+            yield some
+            some, room = [], most
+        if states + size <= room:
+            some.append((candidate, beginning))
+            room -= size
+    if some:
+        yield some
+
+
+def _scores(found: WholeSwings, candidates: Sequence[tuple[ActiveEffect, Array]]) -> Iterator[Score]:
     model, values, unit = found.model, found.values, found.recorded.time_unit
-    own, places = len(values), dict[tuple[str, int | None], npt.NDArray[np.int64]]()
-    for candidate in candidates:
-        if (candidate.effect.key, candidate.trial) in places:
+    own, places = len(values), dict[tuple[str, int | None, bytes], npt.NDArray[np.int64]]()
+    for candidate, beginning in candidates:
+        key, first = (candidate.effect.key, candidate.trial, beginning.tobytes()), len(values)
+        if key in places:
             continue  # another smoothness of the same curve
-        first, beginning = len(values), beginning_of(candidate, unit, shape)
         model, values = model.with_effect(candidate), np.concatenate([values, beginning])
         strong = [k for k, p in enumerate(candidate.fitted) if not p.shape]
-        places[candidate.effect.key, candidate.trial] = first + np.array(strong, dtype=np.int64)
+        places[key] = first + np.array(strong, dtype=np.int64)
     states = [_of_size(of, found.model.states, model.states) for of in found.states]
     linear = [
         _without_overflow(swing.linearised(model, values, of))
@@ -95,11 +123,10 @@ def scores(found: WholeSwings, candidates: Sequence[ActiveEffect], shape: float 
     left = reduced(model, rows, found.recorded.swings, linear, states, found.noise, own)
     of_own, across = left.of_values[:, :own], left.of_values[:, own:]
     imitated = -np.linalg.pinv(of_own, rcond=1e-10) @ across
-    scored = []
-    for candidate in candidates:
+    for candidate, beginning in candidates:
         strong = [k for k, p in enumerate(candidate.fitted) if not p.shape]
         precision = known_of(candidate, unit)[0][np.ix_(strong, strong)]
-        at = places[candidate.effect.key, candidate.trial] - own
+        at = places[candidate.effect.key, candidate.trial, beginning.tobytes()] - own
         alone = np.diag(left.others)[at]
         seen = alone > _SEEN * np.maximum(np.sum(across[:, at] ** 2, axis=0), np.diag(precision))
         if not np.any(seen):
@@ -118,30 +145,43 @@ def scores(found: WholeSwings, candidates: Sequence[ActiveEffect], shape: float 
         # What the priors' and the posterior's volumes do is left as it is where no strength is at a limit.
         inverse = np.linalg.pinv(scaled, hermitian=True) * np.outer(scale, scale)
         logarithm = np.linalg.slogdet(scaled)[1] - 2.0 * np.sum(np.log(scale)) - np.linalg.slogdet(precision)[1]
-        all_values = beginning_of(candidate, unit, shape)
+        all_values = beginning.copy()
         all_values[np.array(strong)[seen]] = strengths
         by = imitated[:, at]
-        scored.append(
-            Score(
-                candidate,
-                float(logarithm) - gain,
-                gain,
-                all_values,
-                by @ strengths,
-                by @ inverse @ by.T,
-                len(strengths),
-            )
+        yield Score(
+            candidate,
+            float(logarithm) - gain,
+            gain,
+            all_values,
+            by @ strengths,
+            by @ inverse @ by.T,
+            len(strengths),
         )
-    return sorted(scored, key=lambda score: score.misfit)
 
 
-def beginning_of(active: ActiveEffect, unit: float, shape: float = 1.0) -> Array:
-    """Return values (k,) of an effect without strength: shape parameters are typical, the first one times a factor."""
-    values, factor = np.zeros(len(active.fitted)), shape
-    for k, parameter in enumerate(active.fitted):
-        if parameter.shape:
-            values[k], factor = np.clip(factor * typical(parameter, unit), parameter.lower, parameter.upper), 1.0
-    return values
+def begun(effects: Iterable[Effect], unit: float) -> list[tuple[ActiveEffect, Array]]:
+    """Return effects without strength, each with values (k,) of its shape parameters where it may show."""
+    return [(active, values) for active in map(ActiveEffect, effects) for values in beginnings(active, unit)]
+
+
+def beginnings(active: ActiveEffect, unit: float) -> Iterator[Array]:
+    """Yield values (k,) of an effect without strength: its shape parameters are where it says, or typical."""
+    fitted = active.fitted
+    usual = np.array([typical(parameter, unit) if parameter.shape else 0.0 for parameter in fitted])
+    shapes = [k for k, parameter in enumerate(fitted) if parameter.shape]
+    if not shapes:
+        yield usual
+        return
+    if active.effect.is_local:
+        one = next(k for k in shapes if fitted[k].begins)
+        tried = [float(begin) for begin in fitted[one].begins]
+    else:
+        one = shapes[0]
+        tried = [factor * float(usual[one]) for factor in SHAPES]
+    for value in tried:
+        values = usual.copy()
+        values[one] = np.clip(value, fitted[one].lower, fitted[one].upper)
+        yield values
 
 
 def shocks(found: WholeSwings) -> tuple[dict[Joint, Shock], dict[Joint, Shock]]:

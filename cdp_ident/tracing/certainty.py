@@ -110,10 +110,9 @@ def _imitates(found: WholeSwings, without: WholeSwings | None) -> bool:
 
 
 def _stands_for_a_curve(effect: Effect, model: MotionModel) -> bool:
-    """Return whether an effect is one of more than a few torques over its joint's angle: any curve is such a sum."""
-    return (
-        effect.of_angle and sum(a.effect.of_angle and a.effect.joint == effect.joint for a in model.effects) > SEVERAL
-    )
+    """Return whether torques over the angle of an effect's joint have more values than a few harmonics, as a curve."""
+    same = [a for a in model.effects if a.effect.of_angle and a.effect.joint == effect.joint]
+    return effect.of_angle and sum(len(active.fitted) for active in same) > 2 * SEVERAL
 
 
 def shown_by(selection: Selection, values: Array, covariance: Array) -> Selection:
@@ -134,7 +133,7 @@ def shown_by(selection: Selection, values: Array, covariance: Array) -> Selectio
 
 
 def less_sure(selection: Selection) -> Selection:
-    """Return a selection whose names are less sure: all that was measured is not explained as what was fitted is."""
+    """Return a selection whose names are less sure: what was held out is not explained as what was fitted is."""
     weaker: dict[Certainty, Certainty] = {"named": "probable", "probable": "acts_like", "acts_like": "acts_like"}
     return replace(selection, certainty=tuple(weaker[one] for one in selection.certainty))
 

@@ -18,8 +18,8 @@ import numpy.typing as npt
 
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.likelihood.gauss_newton import GaussNewton
-from cdp_ident.likelihood.maxima import CLOSE_ENOUGH, ENOUGH_STEPS, likelier_maximum, likely_without_torque
+from cdp_ident.likelihood.gauss_newton import SHOWN, GaussNewton
+from cdp_ident.likelihood.maxima import CLOSE_ENOUGH, ENOUGH_STEPS, other_maxima
 from cdp_ident.likelihood.scores import Score
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.machine.parallel import parallel_map
@@ -96,11 +96,11 @@ class ModelSearch:
             promising, scored = additions(self.best, self._named_only)
             self._scored = self.best, scored
             neighbours = [each for each in promising if len(each.model.effects) <= _MOST_EFFECTS]
-            if self._move(before := self.best, [(each, None) for each in neighbours[:_TRIED]], "added"):
+            if self._move(before := self.best, [(each, None) for each in neighbours[:_TRIED]], "added", True):
                 if self.best.model.effects[-1].effect.curve is not None:
                     self._spell_out(before)
                 self._simplify()
-            elif self._without_torque() or self._zeros() or self._enrich() or self._replace():
+            elif self._other_maxima() or self._zeros() or self._enrich() or self._replace():
                 self._simplify()
             else:
                 return
@@ -121,21 +121,23 @@ class ModelSearch:
         origin: WholeSwings,
         neighbours: Sequence[tuple[Neighbour, WholeSwings | None]],
         action: str,
-        must_explain: bool = True,
+        must_explain: bool = False,
     ) -> bool:
         """Fit neighbours, and go on from the most probable model; return whether that is another one.
 
-        What is no effect of its own, zeros and extended models, need not leave less of a missing torque; nor need what
-        has no more values.
+        Args:
+            origin: the model that they begin from.
+            neighbours: to be fitted; each may begin from another model.
+            action: in words.
+            must_explain: whether it has to leave less of a missing torque, if it has more values.
         """
         tried = self._fit_all(origin, neighbours)
         if not tried:
             return False
         best, what = min(tried, key=lambda pair: self.cost(pair[0]))
-        best = self._at_another_maximum(best)
         before, better = self.best, self.cost(best) < self.cost(self.best)
-        must_explain = must_explain and len(best.values) > len(before.values)
-        better = better and (_explains(before, best) or not must_explain)
+        if better and must_explain and len(best.values) > len(before.values):
+            better = _explains(before, best)
         if better:
             self.best = best
             action = f"{action} {' and '.join(what)}"
@@ -164,22 +166,29 @@ class ModelSearch:
             before, self.best = self.best, simpler[0]
             self._note(f"dropped {' and '.join(simpler[1])}", before, tried)
 
-    def _without_torque(self) -> bool:
-        """Try additions to the model without unknown torques, in whose place noise is autocorrelated.
+    def _other_maxima(self) -> bool:
+        """Go on from a likelier maximum of the best model's likelihood, or with additions at one without torques.
 
-        Where it is so indeed, unknown torques follow the noise, and what is added has nothing left to explain. What
+        Where noise is autocorrelated, unknown torques follow it, and what is added has nothing left to explain. What
         happens at an instant shows beside them, and imitates much without them.
         """
+        try:
+            others = other_maxima(self.best)
+        except (IdentificationError, np.linalg.LinAlgError) as error:
+            self.failures.append(f"other maxima: {error}")
+            return False
+        before = self.best
+        self.best = self.fitted[_key(before.model)] = min([before, *others], key=lambda one: one.misfit)
+        if self.best.misfit < before.misfit - SHOWN:
+            self._note("found another maximum", before, ())
+            return True
         if not np.any(self.best.is_missing):
             return False
-        try:
-            origin = likely_without_torque(self.best)
-        except (IdentificationError, np.linalg.LinAlgError) as error:
-            self.failures.append(f"without unknown torques: {error}")
-            return False
-        promising, _ = additions(origin, self._named_only, lasting=True)
+        origin = others[0]
+        behind = origin.misfit - self.best.misfit
+        promising, _ = additions(origin, self._named_only, lasting=True, behind=behind)
         neighbours = [(replace(each, again=True), origin) for each in promising[:_TRIED]]
-        return self._move(origin, neighbours, "added")
+        return self._move(origin, neighbours, "added", must_explain=True)
 
     def _zeros(self) -> bool:
         """Try encoders whose zeros differ from trial to trial."""
@@ -191,7 +200,7 @@ class ModelSearch:
         for joints in ((JOINTS[0],), (JOINTS[1],), JOINTS):
             begins = replace(model, zero_joints=joints).with_zeros(self.best.values, trials)
             neighbours.append((Neighbour(*begins, (f"{' and '.join(joints)} zeros of each trial",)), None))
-        return self._move(self.best, neighbours, "added", must_explain=False)
+        return self._move(self.best, neighbours, "added")
 
     def _spell_out(self, before: WholeSwings) -> None:
         """Try named effects in the place of a nonparametric torque, and extended models of those that are."""
@@ -214,19 +223,18 @@ class ModelSearch:
         """Return the most probable neighbour of a model, with what it has more; None where none is better."""
         fitted = self._fit_all(than, [(each, None) for each in neighbours])
         best, what = min(fitted, key=lambda pair: self.cost(pair[0]), default=(than, ()))
-        best = self._at_another_maximum(best)
         return (best, what) if self.cost(best) < self.cost(than) else None
 
     def _enrich(self) -> bool:
         """Try extended models of effects in whose joints torques are missing."""
         for forms in extended_models(self.best):
             before = self.best
-            if self._move(before, [(begins[0], None) for begins in forms], "added", must_explain=False):
+            if self._move(before, [(begins[0], None) for begins in forms], "added"):
                 return True
             least = before.misfit + _HOPELESS
             reached = [(begins, self.fitted.get(_key(begins[0].model))) for begins in forms]
             others = [(other, None) for begins, of in reached if of and of.misfit < least for other in begins[1:]]
-            if self._move(before, others, "added", must_explain=False):
+            if self._move(before, others, "added"):
                 return True
         return False
 
@@ -240,7 +248,7 @@ class ModelSearch:
             others = replacements(self.best, index, without, self.scores, self._named_only)
             alternatives += [(each, without) for each in islice(others, _TRIED)]
             alternatives += [(each[0], without) for forms in extended_models(without) for each in forms]
-        return self._move(self.best, alternatives, "exchanged for")
+        return self._move(self.best, alternatives, "exchanged for", must_explain=True)
 
     def _fit_all(
         self,
@@ -289,11 +297,6 @@ class ModelSearch:
         before = self.fitted.get(_key(neighbour.model), found)
         best = self.fitted[_key(neighbour.model)] = min(before, found, key=lambda one: one.misfit)
         return best
-
-    def _at_another_maximum(self, found: WholeSwings) -> WholeSwings:
-        """Return the likelier of two maxima of a model; see `likelier_maximum`."""
-        better = self.fitted[_key(found.model)] = likelier_maximum(found)
-        return better
 
     def _with_instants(self, found: WholeSwings) -> WholeSwings:
         """Return a model whose lost counts are at the sample where they were lost."""

@@ -11,21 +11,17 @@ import numpy.typing as npt
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.likelihood.prior import typical
-from cdp_ident.likelihood.scores import Score, scores, shocks
+from cdp_ident.likelihood.scores import SHAPES, Score, begun, scores, shocks
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.effects.effect import JOINTS, Effect, exclude_each_other
 from cdp_ident.model.formulas.language import COEFFICIENTS
 from cdp_ident.model.formulas.syntax import evaluated
-from cdp_ident.model.layout import ROOM
 from cdp_ident.tracing.missing_torque import MissingTorque
 from cdp_ident.tracing.odds import ambiguity, unlikelihood
 
 Array = npt.NDArray[np.float64]
 
-_SHAPES = (1.0, 0.25, 4.0)
-"""An effect whose strength is not seen at one value of its shape alone is tried with the first one so many times the
-typical value."""
 _BENDS = (1e-3, 1e-2, 1e-1)
 """Smoothness of curves, from which their score chooses; see `ActiveEffect.bend`."""
 _PROMISES = -2.0
@@ -48,18 +44,29 @@ class Neighbour:
     """Whether it is fitted even if it was before, from elsewhere."""
 
 
-def additions(found: WholeSwings, named_only: bool, lasting: bool = False) -> tuple[list[Neighbour], list[Score]]:
-    """Return the models with one effect more, the most promising first, and all effects' scores; see `_scores`."""
+def additions(
+    found: WholeSwings, named_only: bool, lasting: bool = False, behind: float = 0.0
+) -> tuple[list[Neighbour], list[Score]]:
+    """Return the models with one effect more, the most promising first, and all effects' scores.
+
+    Args:
+        found: a model.
+        named_only: see `_scores`.
+        lasting: see `_scores`.
+        behind: by how much the misfit of another model is smaller already, which one of them is to beat.
+    """
     scored = _scores(found, named_only, lasting)
     best_named = min((score.misfit for score in scored if score.active.effect.curve is None), default=0.0)
-    neighbours = []
-    nameless = False
+    neighbours, tried = list[Neighbour](), set[tuple[str, str]]()
     for score in scored:
-        # A nonparametric torque takes long to fit: one is tried, and where names say less.
-        is_curve = score.active.effect.curve is not None
-        worth = not is_curve or (score.misfit < best_named and not nameless)
-        nameless = nameless or is_curve
-        if worth and score.misfit + ambiguity(score.active, found.recorded) < _PROMISES:
+        # A nonparametric torque takes long to fit: one is tried, and where names say less. Harmonics are one effect.
+        effect = score.active.effect
+        is_curve = effect.curve is not None
+        one_of_many = (effect.name, "" if is_curve else effect.joint)
+        worth = one_of_many not in tried and (not is_curve or score.misfit < best_named)
+        if is_curve or effect.harmonic:
+            tried.add(one_of_many)
+        if worth and score.misfit + ambiguity(score.active, found.recorded) < _PROMISES - behind:
             neighbours += [*_longer(found, score), _with(found, score.active, score.values)]
     return neighbours, scored
 
@@ -83,24 +90,18 @@ def _scores(found: WholeSwings, named_only: bool, lasting: bool = False) -> list
         named_only: whether nonparametric torques are left out.
         lasting: whether what happens at an instant is left out, and what brings states of its own.
     """
-    present = [active.effect for active in found.model.effects]
+    present, unit = [active.effect for active in found.model.effects], found.recorded.time_unit
     allowed = [e for e in known_effects() if not any(_in_the_way(e, other) for other in present)]
-    plain = [e for e in allowed if e.has_score and not e.contains and not e.curve and not e.brings_states]
-    scored = scores(found, [ActiveEffect(effect) for effect in plain])
-    for factor in _SHAPES:
-        # Beside what it contains, an extended model shows by what it has more.
-        scored += scores(found, [ActiveEffect(e) for e in _extended(present) if e.has_score], factor)
-        if np.any(found.leaves_more) and not lasting:
-            for effect in allowed:
-                if effect.has_score and effect.brings_states and not effect.curve:
-                    scored += scores(found, [ActiveEffect(effect)], factor)
-    if np.any(found.leaves_more) and not lasting:
+    # Beside what it contains, an extended model shows by what it has more.
+    extended, more = _extended(present), bool(np.any(found.leaves_more)) and not lasting
+    plain = [e for e in allowed if not e.contains or e.brings_states] + extended
+    ready = [e for e in dict.fromkeys(plain) if e.has_score and (more or not (e.brings_states or e.is_local))]
+    scored = scores(found, begun(ready, unit))
+    if more:
         scored += _differences(found)
     if not named_only:
-        room = ROOM - found.model.states - len(found.values)
-        for effect in allowed:
-            if effect.curve and effect.curve.count <= room and found.leaves_more[JOINTS.index(effect.joint)]:
-                scored += scores(found, [replace(ActiveEffect(effect), bend=bend) for bend in _BENDS])
+        curves = [e for e in allowed if e.curve and found.leaves_more[JOINTS.index(e.joint)]]
+        scored += scores(found, [(replace(of, bend=bend), none) for of, none in begun(curves, unit) for bend in _BENDS])
     if not lasting:
         scored += _at_instants(found)
     best = dict[tuple[str, int | None], Score]()
@@ -125,14 +126,16 @@ def _extended(present: Sequence[Effect]) -> list[Effect]:
 def _differences(found: WholeSwings) -> list[Score]:
     """Return the scores of what one trial would have more than the others, of a model's effects."""
     trials = found.recorded.trials
+    there = {(active.effect, active.trial) for active in found.model.effects}
     candidates = [
-        ActiveEffect(active.effect, trial=trial)
-        for active in found.model.effects
+        (ActiveEffect(active.effect, trial=trial), np.where([p.shape for p in active.fitted], values, 0.0))
+        for index, active in enumerate(found.model.effects)
         if len(trials) > 1 and active.trial is None and active.effect.has_score and not active.effect.states
         for trial in trials
+        if (active.effect, trial) not in there
+        for values in [found.values[found.model.places(index)]]
     ]
-    there = {(active.effect, active.trial) for active in found.model.effects}
-    return scores(found, [of for of in candidates if (of.effect, of.trial) not in there]) if candidates else []
+    return scores(found, candidates) if candidates else []
 
 
 def _at_instants(found: WholeSwings) -> Iterator[Score]:
@@ -226,7 +229,7 @@ def hidden_by_torques(found: WholeSwings) -> Iterator[Neighbour]:
 
 
 def _beginnings(
-    found: WholeSwings, known: Mapping[str, float], effect: Effect, shapes: int = len(_SHAPES)
+    found: WholeSwings, known: Mapping[str, float], effect: Effect, shapes: int = len(SHAPES)
 ) -> Iterator[list[float]]:
     """Yield values to begin a model with an effect with, of whose parameters some may be known.
 
@@ -239,7 +242,7 @@ def _beginnings(
     given["m2_l2"] = given["A23"] / given["L"]
     formulas = max(len(parameter.begins) for parameter in fitted)
     for k in range(formulas or shapes):
-        factor, values = (1.0 if formulas else _SHAPES[k]), dict[str, float]()
+        factor, values = (1.0 if formulas else SHAPES[k]), dict[str, float]()
         for parameter in fitted:
             if parameter.name in known:
                 value = known[parameter.name]

@@ -161,8 +161,6 @@ def judged(
         # It has judged: from now on it tells of the values, too.
         final = final_values(after, chosen, data, say)
         failures = [*failures, *final.failures]
-        if final.whole is None or (np.any(final.whole.leaves_more) and not np.any(chosen.leaves_more)):
-            selection = less_sure(selection)
         selection = shown_by(selection, final.values, final.covariance)
         try:
             completed = _completed(found, final.whole or chosen, after, final.values, final.covariance)
@@ -172,8 +170,13 @@ def judged(
     if in_doubt:
         completed = completed.with_covariance(completed.covariance + added_covariance(in_doubt))
     whole = final.whole if final else None
+    remains = unexplained(after, whole, data.noise, completed.inertia)
     effects: tuple[FoundEffect, ...] = ()
     if selection:
+        alike = not any(active.is_difference for active in chosen.model.effects)
+        more = whole is None or np.any(whole.leaves_more) or (remains.significant and alike)
+        if more and not np.any(chosen.leaves_more):
+            selection = less_sure(selection)
         effects = found_effects(selection, after, completed.fit, without, completed.covariance, completed.inertia)
     return Trace(
         selection=selection,
@@ -183,7 +186,7 @@ def judged(
         effects=effects,
         completed=completed,
         errors=errors,
-        unexplained=unexplained(after, whole, data.noise, completed.inertia),
+        unexplained=remains,
         in_doubt=in_doubt,
         whole=whole,
         withdrawn=withdrawn,

@@ -1,6 +1,6 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""docs/how_to/own_effect.md is followed: a magnet that the catalogue lacks is hidden in a rig that other equations
+"""docs/how_to/own_effect.md is followed: a rub that the catalogue lacks is hidden in a rig that other equations
 move."""
 
 import json
@@ -19,12 +19,12 @@ from reference.truths import FIT_TRIALS, truth
 
 DOCUMENT = (Path(__file__).parents[2] / "docs/how_to/own_effect.md").read_text(encoding="utf-8")
 VISIBLE = 10.0
-"""What the magnet moves the angles by beyond imitation, over the noise."""
+"""What the rub moves the angles by beyond imitation, over the noise."""
 
 
 @pytest.fixture(scope="module")
 def hidden():
-    return truth("magnet.inner", 10, visible=VISIBLE)
+    return truth("partial_rub.inner", 12, visible=VISIBLE)
 
 
 @pytest.fixture(scope="module")
@@ -33,11 +33,11 @@ def folder(hidden, tmp_path_factory):
     folder = tmp_path_factory.mktemp("rig")
     bags = [_bag(folder / str(index), trial) for index, trial in enumerate(hidden.trials)]
     (block,) = re.findall(r"```yaml\n(.*?)```", DOCUMENT, re.DOTALL)
-    (folder / "magnet.yaml").write_text(block)
+    (folder / "rub.yaml").write_text(block)
     values = hidden.setting.nominal
     known = {"L": values["L"], "g": values["g"], "nominal": {s: v for s, v in values.items() if s not in ("L", "g")}}
     (folder / "rig.yaml").write_text(json.dumps({"identify": {"ros__parameters": known}}))
-    options = ["--effects", str(folder / "magnet.yaml"), "--config", str(folder / "rig.yaml"), "--once"]
+    options = ["--effects", str(folder / "rub.yaml"), "--config", str(folder / "rig.yaml"), "--once"]
     fit, holdout = bags[:FIT_TRIALS], bags[FIT_TRIALS:]
     arguments = ["--bag", *fit, "--holdout", *holdout, *options, "--out", str(folder / "out")]
     try:
@@ -61,7 +61,7 @@ def test_it_is_named_and_the_error_falls_to_the_noise(folder, hidden):
     report = read_report(folder / "report.json")
     forget_own()
     (effect,) = report["effects"]
-    assert (effect["name"], effect["joint"], effect["certainty"]) == ("magnet", "inner", "named")
+    assert (effect["name"], effect["joint"], effect["certainty"]) == ("rub", "inner", "named")
     assert (
         effect["evidence"]["rmse_holdout_after_rad"]
         < 1.1 * hidden.floor
@@ -77,7 +77,7 @@ def test_the_page_shows_its_law_typeset(folder):
 
 
 def test_the_fitted_file_defines_it_and_needs_no_other(folder):
-    assert not any(effect.name == "magnet" for effect in known_effects())
+    assert not any(effect.name == "rub" for effect in known_effects())
     model = read_fitted_model(folder / "fitted.yaml", "simulator")
-    assert [active.effect.key for active in model.motion.effects] == ["magnet.inner"]
+    assert [active.effect.key for active in model.motion.effects] == ["rub.inner"]
     forget_own()

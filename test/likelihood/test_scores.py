@@ -7,9 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.likelihood.gauss_newton import GaussNewton
-from cdp_ident.likelihood.scores import scores, shocks
+from cdp_ident.likelihood.scores import begun, scores, shocks
 from reference import pendulum
 from reference.pendulum import TABLE_5
 from scenarios.swings import TIME, UNIT, fitted, known, measured, motion, recorded, with_effect
@@ -33,7 +32,7 @@ CANDIDATES = ["coulomb_friction.inner", "coulomb_friction.outer", "air_drag.oute
 
 
 def scored(found, keys=CANDIDATES):
-    return scores(found, [ActiveEffect(known(key)) for key in keys])
+    return scores(found, begun(map(known, keys), UNIT))
 
 
 def test_what_is_hidden_has_the_best_score_and_each_the_one_that_it_has_alone(rubbing):

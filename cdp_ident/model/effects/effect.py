@@ -40,7 +40,7 @@ class EffectParameter:
     """The physical value is the fit's times A22 to this power: 1 for torques, which the model has over A22."""
     begins: tuple[str, ...] = ()
     """Formulas of values to begin fits with, where the effect takes the place of one that it contains: of that one's
-    parameters and the coefficients."""
+    parameters and the coefficients. An effect that contains none is looked for at each of these."""
     shape: bool = False
     """Whether it is a shape parameter: without meaning unless another parameter of the effect differs from zero."""
     optional: bool = False
@@ -251,6 +251,11 @@ class Effect:
         return not (self.at_an_instant or self.curve or self.remembers) and any(
             p.lower <= 0.0 <= p.upper for p in self.parameters if not p.shape
         )
+
+    @property
+    def is_local(self) -> bool:
+        """Whether it acts at a place that has to be looked for: a shape parameter begins at many."""
+        return not self.contains and any(parameter.begins for parameter in self.parameters if parameter.shape)
 
     @property
     def remembers(self) -> bool:

@@ -89,6 +89,14 @@ ENCODERS = (
         (EffectParameter("delay", "s", -0.03, 0.03, 0.002),),
         "two converters read one after the other, or a filter in one of them",
     ),
+    *in_joints(
+        "encoder_filter",
+        "a filter behind an encoder",
+        # What a filter of first order shows is late by its time constant, and beyond that this.
+        Law(reading="time_constant_squared*acceleration/2"),
+        [EffectParameter("time_constant_squared", "s^2", 0.0, 1e-2, 1e-5)],
+        "low-pass filter of first order, to second order in its time constant",
+    ),
     *(
         Effect(
             "encoder_filter",
@@ -102,14 +110,6 @@ ENCODERS = (
         )
         # An inner encoder that is late is an outer one that is early.
         for joint, delay in zip(JOINTS, ("-delay", "delay"), strict=True)
-    ),
-    *in_joints(
-        "encoder_filter",
-        "a filter behind an encoder",
-        # What a filter of first order shows is late by its time constant, and beyond that this.
-        Law(reading="time_constant_squared*acceleration/2"),
-        [EffectParameter("time_constant_squared", "s^2", 0.0, 1e-2, 1e-5)],
-        "low-pass filter of first order, to second order in its time constant",
     ),
     Effect(
         "oblique_view",

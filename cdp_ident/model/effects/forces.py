@@ -4,12 +4,19 @@
 
 import math
 
+import numpy as np
+
 from cdp_ident.model.effects.effect import JOINTS, Effect, EffectParameter, Joint, Law, harmonic_in_joints, in_joints
 
 _PULSE = 0.01
 """Standard deviation in time of an impulse [s]."""
 COGGING_PERIODS = tuple(range(2, 17))
 """How often in a turn a cogging torque may repeat. Once a turn is an unbalance, which gravity's terms hold already."""
+
+_AROUND = tuple(f"{angle:.1f}" for angle in np.arange(-3.0, 3.2, 0.2))
+"""Angles that a magnet's place is looked for at [rad]: its usual reach apart."""
+_STOPS = tuple(f"{sign}{angle}" for sign in ("", "-") for angle in (0.5, 0.8, 1.2, 1.6, 2.0, 2.5, 3.0))
+"""Angles that a stop is looked for at [rad]."""
 
 _DRAG = EffectParameter("coefficient", "N m s^2", 0.0, 2.0, 0.005, inertia_power=1)
 # No length of the outer rod is in the paper's model; its centre of mass does not determine where it ends.
@@ -119,6 +126,36 @@ FORCES = (
         Law(torque="torque"),
         [EffectParameter("torque", "N m", -200.0, 200.0, 0.01, inertia_power=1)],
         "beside dry friction: friction that differs by direction; else a twisted cable, or a motor's current",
+    ),
+    *in_joints(
+        "magnet",
+        "a magnet that the rod passes",
+        # The force between two poles falls with their distance, which is smallest where away is zero.
+        Law(
+            torque="-pull*sin(away)*(1 + tail*(1 - cos(away))/reach^2)^(-1/tail)",
+            where=(("away", "angle - place"),),
+        ),
+        [
+            EffectParameter("pull", "N m/rad", -1000.0, 1000.0, 0.1, inertia_power=1),
+            EffectParameter("place", "rad", -math.pi, math.pi, 0.0, width=2.0, begins=_AROUND, shape=True),
+            EffectParameter("reach", "rad", 0.03, 1.0, 0.2, shape=True, resolves="angle"),
+            EffectParameter("tail", "1", 1e-3, 1.0, 0.4, shape=True),
+        ],
+        "two poles or dipoles on a circle: Jackson, Classical Electrodynamics, 1999, 5; tail is 0.4 for two dipoles",
+    ),
+    *in_joints(
+        "end_stop",
+        "an elastic end stop",
+        Law(
+            torque="-stiffness*past*(1 + loss*speed*sign(place))*step(past*place)",
+            where=(("past", "angle - place"),),
+        ),
+        [
+            EffectParameter("stiffness", "N m/rad", 0.0, 5000.0, 1.0, inertia_power=1),
+            EffectParameter("place", "rad", -2.0 * math.pi, 2.0 * math.pi, 0.0, width=2.0, begins=_STOPS, shape=True),
+            EffectParameter("loss", "s/rad", 0.0, 10.0, 0.1, shape=True),
+        ],
+        "Hunt and Crossley, Coefficient of restitution interpreted as damping, J. Appl. Mech. 42, 1975",
     ),
     Effect(
         "gravity_tilt",

@@ -50,7 +50,7 @@ _ADDS = {"torque": 1, "torques": 1, "friction": 1, "cart": 0, "reading": 0, "rea
 """What a law may add to, and how often the unit of that has a mass."""
 _OF_TWO = ("torques", "readings")
 _KEYS = ("joint", "description", "parameters", "where", "states", *_ADDS)
-_PARAMETER_KEYS = ("unit", "limits", "typical", "prior_width", "shape", "resolves")
+_PARAMETER_KEYS = ("unit", "limits", "typical", "prior_width", "shape", "begins", "resolves")
 _STATE_KEYS = ("rate", "limit", "start_std")
 _PLACES = (*JOINTS, "base")
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,40}")
@@ -247,12 +247,18 @@ def _parameter(name: Any, given: Any, inertia: float, where: str) -> EffectParam
     shape, resolves = content.get("shape", not lower <= 0.0 <= upper), content.get("resolves", "")
     if not isinstance(shape, bool):
         raise OptionError(f"{where}: shape is {quoted(shape)}; expected true or false")
+    begins = content.get("begins", [])
+    if not isinstance(begins, list) or len(begins) > _MOST or (begins and not shape):
+        raise OptionError(
+            f"{where}: begins is {quoted(begins)}; expected at most {_MOST} values of a shape parameter in a list"
+        )
     if resolves not in ("", "speed", "angle"):
         raise OptionError(f"{where}: resolves is {quoted(resolves)}; expected speed or angle")
     scale = inertia**power
+    values = [number(value, f"{where}: begins", lower, upper) / scale for value in begins]
     lower, upper, typical, width = (value / scale for value in (lower, upper, typical, width))
     return EffectParameter(
-        name, str(unit), lower, upper, typical, width, inertia_power=power, shape=shape, resolves=resolves
+        name, str(unit), lower, upper, typical, width, power, tuple(map(repr, values)), shape, resolves=resolves
     )
 
 

@@ -23,11 +23,13 @@ KINDS = [
      {"geared_rotor", "pivot_compliance", "rod_flex", "encoder_compliance", "encoder_filter"}),
     # Torques of a joint's angle alone, and of its angle and speed.
     (lambda e: e.of_angle and not e.harmonic,
-     {"joint_spring", "constant_torque", "unknown_torque.inner.over_angle", "unknown_torque.outer.over_angle"}),
+     {"joint_spring", "constant_torque", "magnet",
+      "unknown_torque.inner.over_angle", "unknown_torque.outer.over_angle"}),
     (lambda e: e.of_joint and e.name in ("quadratic_friction", "air_drag", "load_friction", "impulse", "geared_rotor"),
      {"quadratic_friction"}),
     # States belong to what remembers, swings or has play.
     (lambda e: e.remembers, {"presliding_friction"}),
+    (lambda e: e.is_local, {"magnet", "end_stop"}),
     (lambda e: e.swings, {"pivot_compliance.base.oscillating"}),
     (lambda e: e.states and not e.moves, {"backlash", "encoder_filter", "encoder_compliance"}),
     (lambda e: e.brings_states, {"presliding_friction", "pivot_compliance.base.oscillating"}),
