@@ -37,6 +37,7 @@ be changed while it runs.
 modes      replay  the motion of a trial (--bag), measured and simulated from the same start, in step
            free    the model alone, from start.* on; a change of start.* begins anew from there
            shadow  beside the live rig (joint_states): from each release until the pendulum rests or is caught
+                   a measured cart is an input, as are motors' efforts (trial.input)
 publishes  simulated/joint_states (sensor_msgs/JointState)
            measured/joint_states  (sensor_msgs/JointState)  in replay
            simulated/error        (sensor_msgs/JointState)  in replay and shadow: simulated less measured [rad]
