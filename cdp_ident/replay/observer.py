@@ -102,4 +102,4 @@ class Observer:
         self._state = expected + gain @ (measured - shown)
         covariance = F @ self._covariance @ F.T - gain @ (F @ to_readings).T + np.diag(self._unknown * since)
         self._covariance = 0.5 * (covariance + covariance.T)
-        return True
+        return bool(np.all(np.isfinite(self._state)))

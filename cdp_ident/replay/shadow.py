@@ -109,6 +109,9 @@ class Shadow:
             self._look_out()
             self._wait("the rig's time went back")
         self._last_ns = position.stamp_ns
+        if self._options.input == "joints" and position.torques is None:
+            self._wait("the joints have no efforts, which are said to be the input")
+            return []
         angles = in_radians(np.array([[position.inner, position.outer]]), self._options)
         theta = model_angles(angles, self._options)[0]
         inner, outer = float(theta[0]), float(theta[1] - theta[0])
@@ -119,7 +122,7 @@ class Shadow:
         )
         if is_released:
             self._begin(position, "the pendulum was let go")
-        elif began_to_move and self._is_driven(position):
+        elif began_to_move and self._is_driven():
             self._begin(position, "what drives the pendulum began to move it")
         if self.phase is Phase.WAITING or self._ended(position, inner, outer):
             return []
@@ -135,11 +138,10 @@ class Shadow:
         self._begin_beside()
         return self._frames(0)
 
-    def _is_driven(self, position: Position) -> bool:
-        """Tell whether what is said to drive the pendulum does."""
-        if self._options.input == "joints":
-            return position.torques is not None
-        return self._options.input == "cart" and self._moved_lately > self._options.cart_limit
+    def _is_driven(self) -> bool:
+        """Tell whether what is said to drive the pendulum may do so now."""
+        by_cart = self._options.input == "cart" and self._moved_lately > self._options.cart_limit
+        return by_cart or self._options.input == "joints"
 
     def _begin(self, position: Position, why: str) -> None:
         self.phase, self.why = Phase.LOOKING, why

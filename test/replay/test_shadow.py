@@ -122,6 +122,9 @@ def test_motors_in_the_joints_are_an_input_where_they_are_said_to_drive() -> Non
         ]
         shown[joints] = max(abs(error) for of in frames for _, frame in of for error in frame.error or ())
     assert shown[True] < 0.02 < shown[False]
+    shadow = Shadow(DRIVEN, TrialOptions(input="joints"))
+    assert shadow.take(Position(BEGIN, *START[:2], 0.0)) == []
+    assert "no efforts" in shadow.why
 
 
 def test_it_ends_when_the_pendulum_rests() -> None:

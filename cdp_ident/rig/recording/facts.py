@@ -45,7 +45,7 @@ class Position:
     outer: float
     cart: float | None
     torques: tuple[float, float] | None = None
-    """Of motors in the inner and the outer joint [N m], where they are read."""
+    """Of motors in the inner and the outer joint [N m]; None where there are none, or they are not read."""
 
 
 class PositionReader:
@@ -56,7 +56,7 @@ class PositionReader:
         self._layout: Layout | None = None
 
     def read(self, raw: bytes) -> Position | None:
-        """Return the position, None where the message lacks a joint of the pendulum, a number, or torques to read."""
+        """Return the position, None where the message does not hold both joints of the pendulum, or no number."""
         try:
             if self._layout is None or not raw.startswith(self._layout.head, HEAD_OFFSET):
                 self._layout = parse_layout(raw)
@@ -72,9 +72,11 @@ class PositionReader:
             return None
         return Position(seconds * NANOSECONDS + nanoseconds, inner, outer, cart, torques)
 
-    def _torques(self, layout: Layout, raw: bytes) -> tuple[float, float]:
-        efforts = dict(zip(layout.names, layout.positions.unpack(layout.efforts(raw)), strict=True))
-        return efforts[self._joints.inner_joint], efforts[self._joints.outer_joint]
+    def _torques(self, layout: Layout, raw: bytes) -> tuple[float, float] | None:
+        if not (efforts := layout.efforts(raw)):
+            return None
+        of = dict(zip(layout.names, layout.positions.unpack(efforts), strict=True))
+        return of[self._joints.inner_joint], of[self._joints.outer_joint]
 
 
 @dataclass
