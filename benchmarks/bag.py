@@ -25,7 +25,7 @@ from benchmarks import _mujoco, _multiple_shooting
 from benchmarks._alternatives import LOWER, UPPER
 from benchmarks._tables import Table, number
 from benchmarks._workers import LIMIT, each
-from benchmarks.efficiency import bound
+from benchmarks.efficiency import Motion, bound
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.machine.parallel import core_count
 from cdp_ident.model.parameters import GROUPS, SYMBOLS, groups_of
@@ -128,7 +128,7 @@ def identified(job: Job) -> Result:
     return Result(way, (float(errors[:3].max()), float(errors[3:].max())), over_bound, seconds)
 
 
-_bound = functools.cache(bound)
+_bound = functools.cache(lambda start: bound(Motion(start)))
 
 
 @functools.cache

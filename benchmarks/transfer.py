@@ -123,14 +123,14 @@ def _tried(made: Truth, task: str, design: FittedModel, friction: bool = True, d
 
 def stand(made: Truth, design: FittedModel, friction: bool, delay: int) -> Tried:
     """Let go of rods that lean, and hold them upright."""
-    schedule, _ = lqr.upright_schedule(design, drive=known_drive(made), delay=delay, friction=friction)
+    schedule, _ = lqr.upright_schedule(design, lqr.Design(drive=known_drive(made), delay=delay, friction=friction))
     sides = np.random.default_rng(made.seed).choice([-1.0, 1.0], 2)
     return run(made, design, schedule, np.radians(LEAN) * sides, STANDS)
 
 
 def swing(made: Truth, design: FittedModel, friction: bool, delay: int) -> Tried:
     """Let go of rods that hang, swing them up and hold them."""
-    schedule = swing_up.swing_up_schedule(design, drive=known_drive(made), delay=delay, friction=friction)
+    schedule = swing_up.swing_up_schedule(design, lqr.Design(drive=known_drive(made), delay=delay, friction=friction))
     return run(made, design, schedule, np.full(2, math.pi), lqr.PERIOD * len(schedule.commands) + STANDS_AFTERWARDS)
 
 

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from lqr import FALLEN, PERIOD, Controller, read_schedule, rods_shown, upright_schedule
+from lqr import FALLEN, PERIOD, Controller, Design, read_schedule, rods_shown, upright_schedule
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
@@ -52,17 +52,20 @@ class Balance:
     def __init__(self, node: Any, parameters: Parameters, options: Namespace) -> None:
         self._begin, self._seconds, self._say = np.radians(options.begin), options.seconds, node.get_logger().info
         own = Drive()
-        self._drive = Drive(
+        drive = Drive(
             lag=parameters.declare("lag", own.lag, "time constant of the cart's drive", unit="s", minimum=1e-4),
             acceleration=parameters.declare(
                 "acceleration", own.acceleration, "the drive's largest", unit="m/s^2", minimum=0.1
             ),
             rail=parameters.declare("rail", 0.9 * own.rail, "it stops beyond this, from the cart's 0", unit="m"),
         )
-        self._period = 1.0 / parameters.declare("rate", 1.0 / PERIOD, "of joint_states", unit="Hz", minimum=1.0)
-        self._delay = parameters.declare("delay", 1, "samples until a command acts", minimum=0, maximum=10)
-        self._friction = parameters.declare("friction", True, "whether the controller knows of dry friction")
-        self._follow = read_schedule(options.follow, self._period) if options.follow else None
+        self._design = Design(
+            1.0 / parameters.declare("rate", 1.0 / PERIOD, "of joint_states", unit="Hz", minimum=1.0),
+            drive,
+            parameters.declare("delay", 1, "samples until a command acts", minimum=0, maximum=10),
+            parameters.declare("friction", True, "whether the controller knows of dry friction"),
+        )
+        self._follow = read_schedule(options.follow, self._design.period) if options.follow else None
         self._controller: Controller | None = None
         self._source: ParameterSource | None = None
         self._began_ns: int | None = None
@@ -82,8 +85,8 @@ class Balance:
 
     def _take_model(self, values: dict[str, Any], where: str) -> None:
         fitted = fitted_model(values, where)
-        upright, _ = upright_schedule(fitted, self._period, self._drive, self._delay, self._friction)
-        self._controller = Controller(self._follow or upright, self._drive.acceleration, rods_shown(fitted))
+        upright, _ = upright_schedule(fitted, self._design)
+        self._controller = Controller(self._follow or upright, self._design.drive.acceleration, rods_shown(fitted))
         how = "let the rods hang still" if self._follow else "hold the rods upright"
         self._say(f"{how}: within {np.degrees(self._begin):.1f} degrees the controller takes over")
 
@@ -104,7 +107,7 @@ class Balance:
             np.array([position.cart, position.inner, position.inner + position.outer]),
         )
         deviation = self._controller.deviation(measured)
-        samples = round((stamp_ns - self._last_ns) * 1e-9 / self._period)
+        samples = round((stamp_ns - self._last_ns) * 1e-9 / self._design.period)
         self._last_ns = stamp_ns
         if self._began_ns is None:
             if not self._is_held(deviation):
@@ -127,14 +130,14 @@ class Balance:
     def _is_held(self, deviation: np.ndarray) -> bool:
         self._held = [*self._held[1 - HELD :], deviation[1:]]
         still = np.ptp(self._held, axis=0).max() < STILL and np.abs(self._held).max() < self._begin
-        return bool(still and len(self._held) == HELD and abs(deviation[0]) < self._drive.rail)
+        return bool(still and len(self._held) == HELD and abs(deviation[0]) < self._design.drive.rail)
 
     def _why_not(self, deviation: np.ndarray, samples: int) -> str:
         if not 0 < samples <= MOST_LOST:
             return "samples are missing"
         if np.abs(deviation[1:]).max() > FALLEN:
             return "the rods fell"
-        return "the cart is at the rail's end" if abs(deviation[0]) > self._drive.rail else ""
+        return "the cart is at the rail's end" if abs(deviation[0]) > self._design.drive.rail else ""
 
     def _stop(self, words: str, exit_code: int) -> None:
         self._say(words)

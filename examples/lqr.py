@@ -13,7 +13,7 @@ import argparse
 import json
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -154,28 +154,48 @@ class Controller:
         return np.tanh(JOINT_RATES @ rates / SLOW)
 
 
-def sampled(A: Array, B: Array, drive: Drive, period: float, delay: int) -> tuple[Array, Array]:
-    """Return F (..., m, m) and G (..., m) from one sample to the next of linear models (..., 6, 6) and (..., 6, 1).
+@dataclass(frozen=True)
+class Design:
+    """What a controller is designed for, beside the rig's model."""
 
-    The drive follows with its lag what was commanded `delay` samples before.
-    """
-    rates = np.zeros((*A.shape[:-2], 8, 8))
-    rates[..., :6, :6], rates[..., :6, 6:7] = A, B
-    rates[..., 6, 6:] = -1.0 / drive.lag, 1.0 / drive.lag
-    F = np.zeros((*A.shape[:-2], 7 + delay, 8 + delay))
-    F[..., :7, :8] = expm(rates * period)[..., :7, :]
-    F[..., 7:, 8:] = np.eye(delay)  # commands that wait move up
-    return F[..., :-1], F[..., -1]
+    period: float = PERIOD
+    """Time from one sample to the next [s]."""
+    drive: Drive = field(default_factory=Drive)
+    """Of the cart."""
+    delay: int = 1
+    """Samples from a measurement until the command that answers it acts."""
+    friction: bool = True
+    """Whether the controller is to know of dry friction."""
 
+    def sampled(self, A: Array, B: Array) -> tuple[Array, Array]:
+        """Return F (..., m, m) and G (..., m) from a sample to the next of linear models (..., 6, 6) and (..., 6, 1).
 
-def weights(delay: int) -> tuple[Array, float]:
-    """Return Q (m, m) and R of the regulator."""
-    return np.diag([*LARGEST**-2.0, *np.zeros(1 + delay)]), LARGEST_INPUT**-2.0
+        The drive follows with its lag what was commanded `delay` samples before.
+        """
+        rates = np.zeros((*A.shape[:-2], 8, 8))
+        rates[..., :6, :6], rates[..., :6, 6:7] = A, B
+        rates[..., 6, 6:] = -1.0 / self.drive.lag, 1.0 / self.drive.lag
+        F = np.zeros((*A.shape[:-2], 7 + self.delay, 8 + self.delay))
+        F[..., :7, :8] = expm(rates * self.period)[..., :7, :]
+        F[..., 7:, 8:] = np.eye(self.delay)  # commands that wait move up
+        return F[..., :-1], F[..., -1]
 
+    @property
+    def weights(self) -> tuple[Array, float]:
+        """Q (m, m) and R of the regulator."""
+        return np.diag([*LARGEST**-2.0, *np.zeros(1 + self.delay)]), LARGEST_INPUT**-2.0
 
-def noises(period: float, delay: int) -> tuple[Array, Array]:
-    """Return the covariances W (m, m), from a sample to the next, and V (3, 3) of what is measured."""
-    return np.diag([*np.zeros(3), *(UNKNOWN * period) ** 2, *np.zeros(1 + delay)]), np.diag(NOISE**2)
+    @property
+    def noises(self) -> tuple[Array, Array]:
+        """The covariances W (m, m), from a sample to the next, and V (3, 3) of what is measured."""
+        return np.diag([*np.zeros(3), *(UNKNOWN * self.period) ** 2, *np.zeros(1 + self.delay)]), np.diag(NOISE**2)
+
+    def of_friction(self, dry: Array) -> Array:
+        """Return what each joint's friction adds to a state (..., m, 2), given accelerations by it (..., 2, 2)."""
+        added = np.zeros((*dry.shape[:-2], 7 + self.delay, 2))
+        if self.friction:
+            added[..., 1:3, :], added[..., 4:6, :] = 0.5 * self.period**2 * dry, self.period * dry
+        return added
 
 
 def gain(P: Array, F: Array, G: Array, R: float) -> Array:
@@ -188,43 +208,24 @@ def of_surprise(S: Array, V: Array) -> Array:
     return np.linalg.solve(S[:3, :3] + V, S[:3]).T
 
 
-def of_friction(dry: Array, period: float, delay: int) -> Array:
-    """Return what accelerations (..., 2, 2) of theta1, theta2 by each joint's friction add to a state (..., m, 2)."""
-    added = np.zeros((*dry.shape[:-2], 7 + delay, 2))
-    added[..., 1:3, :], added[..., 4:6, :] = 0.5 * period**2 * dry, period * dry
-    return added
-
-
-def upright_schedule(
-    fitted: FittedModel,
-    period: float = PERIOD,
-    drive: Drive = Drive(),  # noqa: B008
-    delay: int = 1,
-    friction: bool = True,
-) -> tuple[Schedule, Array]:
+def upright_schedule(fitted: FittedModel, design: Design = Design()) -> tuple[Schedule, Array]:  # noqa: B008
     """Return how the rods are held upright, a schedule of one sample, and what a deviation costs: z' P z.
-
-    Args:
-        fitted: the rig.
-        period: from one sample to the next [s].
-        drive: of the cart.
-        delay: samples from a measurement until the command that answers it acts.
-        friction: whether the controller is to know of dry friction.
 
     Raises:
         OptionError: the cart cannot control it.
     """
     model = upright(fitted)
-    dry = dry_friction(fitted, model.theta) if friction else np.zeros((2, 2))
+    dry = dry_friction(fitted, model.theta)
     damped = model.A.copy()
-    damped[4:, 4:] += dry @ JOINT_RATES / SWAY
-    (F, G), (Q, R) = sampled(damped, model.B, drive, period, delay), weights(delay)
+    if design.friction:
+        damped[4:, 4:] += dry @ JOINT_RATES / SWAY
+    (F, G), (Q, R) = design.sampled(damped, model.B), design.weights
     P = solve_discrete_are(F, G[:, None], Q, np.array([[R]]))
     K = gain(P, F, G, R)
-    (F, G), (W, V) = sampled(model.A, model.B, drive, period, delay), noises(period, delay)
-    S = solve_discrete_are(F.T, np.eye(7 + delay, 3), W, V)
-    states = np.array([[0.0, *model.theta, *np.zeros(4 + delay)]])
-    arrays = F, G, K, of_surprise(S, V), of_friction(dry, period, delay)
+    (F, G), (W, V) = design.sampled(model.A, model.B), design.noises
+    S = solve_discrete_are(F.T, np.eye(len(K), 3), W, V)
+    states = np.array([[0.0, *model.theta, *np.zeros(len(K) - 3)]])
+    arrays = F, G, K, of_surprise(S, V), design.of_friction(dry)
     return Schedule(states, np.zeros(1), *(of[None] for of in arrays)), P
 
 
@@ -306,6 +307,11 @@ def add_design_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--ignore-friction", action="store_true", help="design as if there were no dry friction")
 
 
+def design_of(options: argparse.Namespace) -> Design:
+    """Return what such arguments say."""
+    return Design(delay=options.delay, friction=not options.ignore_friction)
+
+
 def main(arguments: list[str]) -> int:
     """Design, balance, and tell how it went; return 1 where the rods fell."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -322,7 +328,7 @@ def main(arguments: list[str]) -> int:
         parser.error("--lean takes one angle or two")
     try:
         fitted = read_fitted_model(options.fitted, "lqr")
-        schedule, _ = upright_schedule(fitted, delay=options.delay, friction=not options.ignore_friction)
+        schedule, _ = upright_schedule(fitted, design_of(options))
     except CdpIdentError as error:
         parser.error(str(error))
     F, G, K = schedule.transitions[0], schedule.inputs[0], schedule.gains[0]

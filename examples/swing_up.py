@@ -28,16 +28,14 @@ from lqr import (
     PERIOD,
     SLOW,
     Controller,
+    Design,
     Schedule,
     add_design_arguments,
     balance,
+    design_of,
     gain,
-    noises,
-    of_friction,
     of_surprise,
-    sampled,
     upright_schedule,
-    weights,
     write_schedule,
 )
 from scipy.interpolate import CubicHermiteSpline
@@ -202,23 +200,18 @@ def trajectory(fitted: FittedModel, end: Array, drive: Drive) -> Motion:
     raise OptionError("no motion from hanging to upright was found within the drive's limits")
 
 
-def swing_up_schedule(
-    fitted: FittedModel,
-    period: float = PERIOD,
-    drive: Drive = Drive(),  # noqa: B008
-    delay: int = 1,
-    friction: bool = True,
-) -> Schedule:
-    """Return how the rods are swung up, and then held upright; the arguments are those of lqr.py.
+def swing_up_schedule(fitted: FittedModel, design: Design = Design()) -> Schedule:  # noqa: B008
+    """Return how the rods are swung up, and then held upright.
 
     Raises:
         OptionError: the cart cannot do it, or CasADi is not installed.
     """
     if casadi is None:
         raise OptionError("CasADi is not installed, which finds the trajectory: pip install casadi")
-    last, P = upright_schedule(fitted, period, drive, delay, friction)
-    motion = trajectory(fitted, last.states[0, 1:3], drive)
+    last, P = upright_schedule(fitted, design)
+    motion = trajectory(fitted, last.states[0, 1:3], design.drive)
 
+    period, delay = design.period, design.delay
     nodes, count = motion.nodes, int(np.ceil(motion.nodes[-1] / period))
     rates = np.array(motion.linear.map(len(nodes))(motion.states.T, motion.inputs)[0]).T
     along, slopes = CubicHermiteSpline(nodes, motion.states, rates), np.diff(motion.inputs) / np.diff(nodes)
@@ -226,7 +219,7 @@ def swing_up_schedule(
     samples = period * np.maximum(np.arange(count + delay) - delay, 0.0)
     middles = np.minimum(period * (np.arange(count) + 0.5), nodes[-1])
     commands = np.interp(middles, nodes, motion.inputs)
-    commands += drive.lag * slopes[np.minimum(np.searchsorted(nodes, middles) - 1, INTERVALS - 1)]
+    commands += design.drive.lag * slopes[np.minimum(np.searchsorted(nodes, middles) - 1, INTERVALS - 1)]
     commands = np.concatenate([commands, np.zeros(delay)])
     states = np.zeros((count + delay, 7 + delay))
     states[:, :6], states[:, 6] = along(samples), np.interp(samples, nodes, motion.inputs)
@@ -235,10 +228,7 @@ def swing_up_schedule(
     at = np.minimum(samples + 0.5 * period, nodes[-1])
     derivatives = motion.linear.map(len(at))(along(at).T, np.interp(at, nodes, motion.inputs))[1:]
     A, B, slips = (np.array(of).reshape(6, len(at), -1).transpose(1, 0, 2) for of in derivatives)
-    F, G = sampled(A, B, drive, period, delay)
-    dry = of_friction(friction * slips[:, 4:], period, delay)
-
-    (Q, R), (W, V) = weights(delay), noises(period, delay)
+    (F, G), (Q, R), (W, V) = design.sampled(A, B), design.weights, design.noises
     gains, filters = np.empty_like(states), np.empty((*states.shape, 3))
     for k in reversed(range(len(states))):
         gains[k] = gain(P, F[k], G[k], R)
@@ -247,7 +237,7 @@ def swing_up_schedule(
     for k in range(len(states)):
         filters[k] = of_surprise(S, V)
         S = F[k] @ (S - filters[k] @ S[:3]) @ F[k].T + W
-    own = Schedule(states, commands, F, G, gains, filters, dry)
+    own = Schedule(states, commands, F, G, gains, filters, design.of_friction(slips[:, 4:]))
     return Schedule(*(np.concatenate([getattr(of, field.name) for of in (own, last)]) for field in fields(Schedule)))
 
 
@@ -262,7 +252,7 @@ def main(arguments: list[str]) -> int:
         parser.error(f"{options.out} is there already: give another --out, or --force to replace it")
     try:
         fitted = read_fitted_model(options.fitted, "swing_up")
-        schedule = swing_up_schedule(fitted, delay=options.delay, friction=not options.ignore_friction)
+        schedule = swing_up_schedule(fitted, design_of(options))
         if options.out is not None:
             write_schedule(options.out, schedule)
     except CdpIdentError as error:

@@ -105,6 +105,7 @@ def fill_inputs(motion, work, state, t):
             )
             z[_DRIVES + joint] = begin + s * (4.0 * middle - end + 2.0 * s * (end - 2.0 * middle))
             z[_DRIVES + 2 + joint] = (4.0 * middle - end + 4.0 * s * (end - 2.0 * middle)) * per_step
+            z[_DRIVES + 4 + joint] = 4.0 * (end - 2.0 * middle) * per_step * per_step
 
 
 @inlined

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
+from scipy.interpolate import CubicHermiteSpline
 
 from cdp_ident.errors import OptionError
 from cdp_ident.model.runge_kutta import hermite
@@ -81,8 +82,13 @@ class TimeGrid:
 
 
 def interpolated(at: Array, times: Array, values: Array) -> Array:
-    """Return values (n, k) at times (n,) at others (m,), by straight lines: (m, k)."""
-    return np.column_stack([np.interp(at, times, column) for column in values.T])
+    """Return values (n, k) at times (n,) at others (m,): (m, k), by cubics whose slopes are those between neighbours.
+
+    Beyond the ends they hold.
+    """
+    return np.asarray(
+        CubicHermiteSpline(times, values, np.gradient(values, times, axis=0))(np.clip(at, *times[[0, -1]]))
+    )
 
 
 def _index(place: Array) -> Indices:

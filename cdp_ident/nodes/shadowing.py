@@ -27,7 +27,8 @@ class Shadowing:
         self._frames, self._options, self._limits, self._lead = frames, options, limits, lead
         self._shadow: Shadow | None = None
         self._paused = False
-        self._reader = PositionReader(JointNames(options.cart_joint, options.inner_joint, options.outer_joint))
+        joints = JointNames(options.cart_joint, options.inner_joint, options.outer_joint)
+        self._reader = PositionReader(joints, options.input == "joints")
         self._subscription = Subscription(node, JointState, options.topic, self._take)
 
     @property

@@ -21,7 +21,6 @@ from cdp_ident.nodes.shadowing import Shadowing
 from cdp_ident.replay.scene import Free, Replay, Scene, Start
 from cdp_ident.replay.shadow import DEFAULT_LEAD
 from cdp_ident.rig.recording.detector import TrialLimits
-from cdp_ident.ros.joint_state_publisher import declare_velocity_window
 from cdp_ident.ros.model_parameters import ModelParameters, own_values
 from cdp_ident.ros.node import parse_arguments, run_node
 from cdp_ident.ros.parameter_source import ParameterSource
@@ -38,6 +37,7 @@ be changed while it runs.
 modes      replay  the motion of a trial (--bag), measured and simulated from the same start, in step
            free    the model alone, from start.* on; a change of start.* begins anew from there
            shadow  beside the live rig (joint_states): from each release until the pendulum rests or is caught
+                   a measured cart is an input, as are motors' efforts (trial.input)
 publishes  simulated/joint_states (sensor_msgs/JointState)
            measured/joint_states  (sensor_msgs/JointState)  in replay
            simulated/error        (sensor_msgs/JointState)  in replay and shadow: simulated less measured [rad]
@@ -78,16 +78,18 @@ class Simulator:
             "lead", DEFAULT_LEAD, "shadow: so much after a release the start is fitted to", unit="s", minimum=0.1,
             maximum=10.0,
         )  # fmt: skip
-        velocity_window = declare_velocity_window(parameters)
+        velocities = parameters.declare(
+            "velocities", False, "joint states have velocities, estimated by the model as the driver does"
+        )
         _refuse_contradictions(parameters, mode, source, bag, fitted, once)
-        self._frames = FramePublisher(node, mode == "replay", mode != "free", pace.clock, velocity_window)
+        self._frames = FramePublisher(node, mode == "replay", mode != "free", pace.clock, velocities)
         self._show: Playing | Shadowing
         if mode == "shadow":
             self._show = Shadowing(node, self._frames, trial_options, limits, lead)
         else:
             scene = self._replayed(bag, trial_options) if bag else self._free
             self._show = Playing(node.get_clock(), self._frames, pace, once, scene, self._end)
-        self._model = ModelParameters(node, parameters, source, self._show.take_model)
+        self._model = ModelParameters(node, parameters, source, self._take_model)
         if source:
             if own := [name for name in parameters.given() if describes_model(name)]:
                 node.get_logger().warning(
@@ -125,6 +127,10 @@ class Simulator:
     def _free(self, model: FittedModel) -> Scene:
         start = {field.name: self._parameters.get(f"{_START}{field.name}") for field in fields(Start)}
         return Free(Start(**start), model)
+
+    def _take_model(self, model: FittedModel) -> None:
+        self._frames.take_model(model)
+        self._show.take_model(model)
 
     def _take_from_source(self, values: dict[str, Any]) -> None:
         if not NOMINAL.keys() <= values.keys():

@@ -64,6 +64,15 @@ class MotionStream:
         )  # fmt: skip
         return self._model.motion.predict(self._model.values, self._state, window)
 
+    @property
+    def needs_inputs_from(self) -> float:
+        """Time from which on inputs still matter [s]."""
+        return self._now
+
+    def take_inputs(self, cart: tuple[Array, Array] | None, torques: tuple[Array, Array] | None) -> None:
+        """Go on with other inputs."""
+        self._cart, self._torques = cart, torques
+
     def state(self, time: float) -> Array:
         """Return the rods' state (4,) at a time [s] from the first one on that was last asked for."""
         since = np.array([time - self._now])

@@ -9,8 +9,6 @@ from rclpy.duration import Duration
 from sensor_msgs.msg import JointState
 
 from cdp_ident.bag.joint_state import serialize_joint_state
-from cdp_ident.rig.velocities import Velocities
-from cdp_ident.ros.parameters import Parameters
 from cdp_ident.ros.qos import create_publisher
 
 QUEUE_DEPTH = 2000
@@ -20,35 +18,22 @@ _LONGEST_GOODBYE = 2.0
 
 
 class JointStatePublisher:
-    """One topic of JointState messages: positions, and velocities where they are wished."""
+    """One topic of JointState messages: positions, and velocities where they are known."""
 
-    def __init__(self, node: Any, topic: str, joints: Sequence[str], velocity_window: float = 0.0) -> None:
-        """Publish these joints; velocities are estimated within the window [s] before each, 0: there are none.
-
-        Raises `OptionError` where `qos_overrides` make no sense.
-        """
+    def __init__(self, node: Any, topic: str, joints: Sequence[str]) -> None:
+        """Publish these joints. Raises `OptionError` where `qos_overrides` make no sense."""
         self._publisher = create_publisher(node, JointState, topic, QUEUE_DEPTH)
         self._joints = tuple(joints)
-        self._velocities = Velocities(velocity_window) if velocity_window else None
 
     @property
     def has_listeners(self) -> bool:
         """Whether there is somebody who hears it."""
         return bool(self._publisher.get_subscription_count())
 
-    def publish(self, positions: Sequence[float], stamp_ns: int) -> None:
-        """Publish the positions [m, rad] at a time [ns]."""
-        velocities = self._velocities.update(stamp_ns, positions) if self._velocities else ()
+    def publish(self, positions: Sequence[float], stamp_ns: int, velocities: Sequence[float] = ()) -> None:
+        """Publish the positions [m, rad], and velocities or none of them, at a time [ns]."""
         self._publisher.publish(serialize_joint_state(self._joints, positions, stamp_ns, velocities))
 
     def finish(self) -> None:
         """Wait until everything has arrived, but not for those that take nothing."""
         self._publisher.wait_for_all_acked(Duration(seconds=_LONGEST_GOODBYE))
-
-
-def declare_velocity_window(parameters: Parameters) -> float:
-    """Declare how velocities are estimated, and return the window [s]."""
-    return parameters.declare(
-        "velocity_window", 0.0, "velocities are of a parabola through so much before each sample; 0: none are sent",
-        unit="s", minimum=0.0, maximum=1.0,
-    )  # fmt: skip

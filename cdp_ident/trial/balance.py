@@ -14,7 +14,6 @@ import numpy as np
 
 from cdp_ident.arrays import Array, Rows
 from cdp_ident.model.parameters import NOMINAL
-from cdp_ident.model.time_grid import interpolated
 from cdp_ident.trial.kinematics import CUBIC_AT_CENTRE, local_motion
 from cdp_ident.trial.scales import Scales, sampling_step
 from cdp_ident.trial.weak_form import WINDOW, Functions, Motion, integrated
@@ -67,7 +66,7 @@ def motion_on_grid(
     at = np.arange(time[0], time[-1], scales.spacing)
     cart = np.zeros(len(time)) if cart is None else cart
     values, slopes = local_motion(time, np.column_stack([angles, cart]), at, scales.half_width)
-    known = None if torques is None else interpolated(at, time, torques)
+    known = None if torques is None else np.column_stack([np.interp(at, time, of) for of in torques.T])
     noise, gain = _noise(time, angles, scales), _gain(time, scales)
     return Motion(at, values[:, :2], slopes[:, :2], values[:, 2], slopes[:, 2], scales, noise, gain, known)
 

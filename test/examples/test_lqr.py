@@ -84,7 +84,7 @@ def test_dry_friction_damps_the_regulator_as_it_would_at_one_rate_of_a_joint():
     rig = fitted_model(TABLE_5 | FRICTION, "rig")
     viscous = fitted_model(TABLE_5 | {"c2": TABLE_5["c2"] + 0.002 / lqr.SWAY}, "rig")
     (with_it, _), (without, _), (damped, _) = (
-        lqr.upright_schedule(*of) for of in ((rig,), (rig, 0.005, lqr.Drive(), 1, False), (viscous,))
+        lqr.upright_schedule(*of) for of in ((rig,), (rig, lqr.Design(friction=False)), (viscous,))
     )
     np.testing.assert_allclose(with_it.gains, damped.gains, rtol=1e-6)
     assert not np.allclose(with_it.gains, without.gains, rtol=1e-3)
@@ -93,7 +93,7 @@ def test_dry_friction_damps_the_regulator_as_it_would_at_one_rate_of_a_joint():
 def test_a_controller_that_knows_dry_friction_keeps_rods_nearer_to_upright():
     rig, sizes = fitted_model(TABLE_5 | {"effects.coulomb_friction.outer.torque": 0.006}, "rig"), list[float]()
     for friction in (True, False):
-        schedule, _ = lqr.upright_schedule(rig, friction=friction)
+        schedule, _ = lqr.upright_schedule(rig, lqr.Design(friction=friction))
         deviations, _ = lqr.balance(rig, lqr.Controller(schedule), np.array([0.03, -0.03]), 10.0)
         sizes.append(np.abs(deviations[:, 1:]).max())
     assert sizes[0] < 0.9 * sizes[1]
@@ -110,7 +110,7 @@ def test_a_controller_that_knows_the_delay_stands_where_another_falls(monkeypatc
     monkeypatch.setattr(lqr, "DrivenCart", LateCart)
     rig = fitted_model(TABLE_5, "rig")
     for delay, standing in ((6, True), (1, False)):
-        schedule, _ = lqr.upright_schedule(rig, delay=delay)
+        schedule, _ = lqr.upright_schedule(rig, lqr.Design(delay=delay))
         assert all(stands(rig, lqr.Controller(schedule), seed, 5.0) for seed in range(2)) == standing
 
 

@@ -54,7 +54,7 @@ def test_it_swings_up_and_stands(tmp_path, capsys, effects):
 @needs_casadi
 def test_a_motion_keeps_to_the_laws_and_to_the_limits_of_the_drive():
     fitted, period = fitted_model(TABLE_5, "rig"), swing_up.PERIOD
-    schedule = swing_up.swing_up_schedule(fitted, delay=0)
+    schedule = swing_up.swing_up_schedule(fitted, swing_up.Design(delay=0))
     x, speed, a = schedule.states[:, [0, 3, 6]].T
     assert max(np.abs(x).max() / 0.5, np.abs(speed).max() / 3.0, np.abs(a).max() / 20.0) < swing_up.SHARE + 5e-3
     np.testing.assert_allclose(np.diff(x), (speed[1:] + speed[:-1]) / 2 * period, atol=1e-4)
@@ -68,7 +68,7 @@ def test_a_motion_keeps_to_the_laws_and_to_the_limits_of_the_drive():
 def test_what_no_drive_can_do_is_said_in_one_line():
     weak = swing_up.Drive(acceleration=0.01, speed=0.01, rail=0.01)
     with pytest.raises(OptionError, match="no motion"):
-        swing_up.swing_up_schedule(fitted_model(TABLE_5, "rig"), drive=weak)
+        swing_up.swing_up_schedule(fitted_model(TABLE_5, "rig"), swing_up.Design(drive=weak))
 
 
 def test_without_casadi_it_says_what_is_missing(monkeypatch, tmp_path, capsys):

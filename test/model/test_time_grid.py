@@ -78,3 +78,12 @@ def test_the_grid_keeps_pace_over_an_hour():
 def test_times_and_steps_that_make_no_sense_are_refused(times, step, message):
     with pytest.raises(OptionError, match=message):
         TimeGrid.over(np.array(times), step)
+
+
+def test_torques_between_their_samples_are_cubics_and_hold_beyond_the_ends():
+    times = np.arange(0.0, 1.0, 0.005)
+    torques = np.column_stack([np.sin(13.0 * times), np.cos(13.0 * times)])
+    grid = TimeGrid.over(times[:100])
+    at, found = grid.half_step_times(), grid.at_half_steps(times, torques, 0.2)
+    np.testing.assert_allclose(found[:, 0], np.sin(13.0 * (0.2 + at)), atol=3e-6)  # straight lines: 5e-4
+    np.testing.assert_array_equal(grid.at_half_steps(times[:2], torques[:2], 0.2)[0], torques[1])

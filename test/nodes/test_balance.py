@@ -21,7 +21,8 @@ from reference.pendulum import TABLE_5
 
 pytestmark = pytest.mark.waits
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
+ROOT = Path(__file__).parents[2]
+EXAMPLES, BAGS = ROOT / "examples", ROOT / "bags"
 EXAMPLE = (str(EXAMPLES / "balance.py"),)
 RIG = f"""
 parameters: {TABLE_5}
@@ -38,9 +39,9 @@ Start = Callable[..., Any]
 def start_balance(start, tmp_path):
     """Start the controller that is designed on a fitted model, by default the rig's own but for its friction."""
 
-    def start_one(*options, words="hold the rods upright"):
+    def start_one(*options, words="hold the rods upright", fitted=None):
         (tmp_path / "fitted.yaml").write_text(parameter_file(TABLE_5))
-        balance = start(str(tmp_path / "fitted.yaml"), *options, program=EXAMPLE)
+        balance = start(str(fitted or tmp_path / "fitted.yaml"), *options, program=EXAMPLE)
         balance.wait_until_it_says(words)
         return balance
 
@@ -122,13 +123,22 @@ def test_a_file_that_is_no_plan_or_no_model_is_one_line_and_exit_code_2(start, t
     assert words in line
 
 
+@pytest.fixture(scope="module")
+def found(tmp_path_factory):
+    """Return the model that is identified from the example bags, of the same rig."""
+    out, bags = tmp_path_factory.mktemp("found"), [str(BAGS / name) for name in ("swing_wide", "swing_folded")]
+    identify = [sys.executable, "-m", "cdp_ident", "identify", "--bag", *bags, "--out", str(out), "--once", "--force"]
+    subprocess.run(identify, check=True, stdout=subprocess.DEVNULL)
+    return out / "fitted.yaml"
+
+
 @pytest.mark.campaign
 @pytest.mark.parametrize("seed", range(20))
 def test_it_stands_for_a_minute_in_real_time_from_starts_within_three_degrees(
-    start_driver, start_emulator, start_balance, seed
+    start_driver, start_emulator, start_balance, found, seed
 ):
     lean = np.radians(np.random.default_rng(seed).uniform(-3.0, 3.0, 2))
     start_driver()
-    balance = start_balance("--seconds", "60")
+    balance = start_balance("--seconds", "60", fitted=found)
     start_emulator(rig=RIG % (*lean, "let_go, wait: 1000"))
     assert balance.exit_code() == 0, balance.said

@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 from std_msgs.msg import Float64
 
+from cdp_ident.configuration.parameter_file import parameter_file
+from cdp_ident.model.parameters import NOMINAL
 from cdp_ident.nodes.driver import main
 
 pytestmark = pytest.mark.waits
@@ -184,9 +186,11 @@ def test_a_commanded_cart_stops_when_the_line_is_lost(listener, start_driver, st
 
 
 def test_faster_than_real_time_stamps_are_the_rigs_time_and_velocities_come_on_request(
-    listener, start_driver, start_emulator
+    listener, start_driver, start_emulator, tmp_path
 ):
-    start_driver("use_sim_time:=true", "velocity_window:=0.1")
+    fitted = tmp_path / "fitted.yaml"
+    fitted.write_text(parameter_file(NOMINAL, []), encoding="utf-8")
+    start_driver("use_sim_time:=true", f"velocity_model:={fitted}")
     start_emulator("--speed", "4", rig=HANGING)
     listener.wait_for(lambda: len(listener.joint_states) > 500)
     assert uneven(listener, PERIOD_NS) <= 0
@@ -198,6 +202,7 @@ def test_faster_than_real_time_stamps_are_the_rigs_time_and_velocities_come_on_r
     ("parameter", "words"),
     [
         ("inner_sign:=0", "inner_sign"),
+        ("velocity_model:=missing.yaml", "missing.yaml"),
         ("inner_joint:=''", "inner_joint"),
     ],
 )

@@ -244,7 +244,7 @@ def test_it_pauses_resumes_begins_anew_loops_and_changes_its_rate(start, viewer,
 def test_a_free_motion_goes_on_with_new_parameters_and_begins_anew_from_a_new_start(start, viewer):
     listener = viewer.listener
     given = {"start.inner": 1.0, "start.outer_speed": 0.5, "effects.air_drag.inner.coefficient": 0.001}
-    given["velocity_window"] = 0.03
+    given["velocities"] = True
     start("simulator", "--ros-args", *(word for name, value in given.items() for word in ("-p", f"{name}:={value}")))
     viewer.new_frames()  # by then we hear all that comes
     assert listener.call("/simulator/reset") == (True, "playing")
@@ -261,7 +261,7 @@ def test_a_free_motion_goes_on_with_new_parameters_and_begins_anew_from_a_new_st
     assert viewer.measured == viewer.errors == []
     velocities = np.array([frame.velocity for frame in viewer.simulated[begin + 10 : begin + 100]])[:, 1:]
     speeds = np.diff(states[10:, 2:4], axis=1, prepend=0.0)
-    assert np.abs(velocities - speeds).max() < 0.03 * np.abs(speeds).max()  # accelerations change within the window
+    assert np.abs(velocities - speeds).max() < 0.01 * np.abs(speeds).max()
 
     assert listener.set_parameter("/simulator", "groups.c1_over_A22", 3.0) == (True, "")
     assert listener.get_parameter("/simulator", "c1") == NOMINAL["c1"]

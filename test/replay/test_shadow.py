@@ -16,11 +16,14 @@ from cdp_ident.replay.shadow import Phase, Shadow
 from cdp_ident.rig.emulator.motion import Motion
 from cdp_ident.rig.emulator.script import Command, Hold, LetGo, MoveCart, Wait
 from cdp_ident.rig.recording.facts import Position
-from cdp_ident.trial.options import TrialOptions
+from cdp_ident.trial.options import Input, TrialOptions
+from reference.pendulum import TABLE_5
+from scenarios.driven import FRICTION, START, driven_by_motors
 
 PERIOD = 0.005
 BEGIN = 1_700_000_000_000_000_000
 TRUE, WRONG = fitted_model(NOMINAL, "test"), fitted_model(NOMINAL | {"c1": 0.02}, "test")
+DRIVEN = fitted_model(TABLE_5 | {"effects.quadratic_friction.outer.coefficient": FRICTION}, "test")
 RELEASE = (Wait(0.5), Hold(1.8, 1.6, within=0.5), Wait(0.7), LetGo())
 
 
@@ -88,11 +91,40 @@ def test_another_model_is_beside_the_rig_at_once_and_has_its_own_start() -> None
 def test_it_ends_when_the_pendulum_is_no_longer_left_to_itself_and_follows_the_next_release(
     script: tuple[Command, ...], why: str
 ) -> None:
-    seen = fit_initial_states(Shadow(TRUE), *RELEASE, *script, *RELEASE, Wait(2.0))
+    seen = fit_initial_states(Shadow(TRUE, TrialOptions(input="none")), *RELEASE, *script, *RELEASE, Wait(2.0))
     ended = [one.why for before, one in pairwise(seen) if one.phase is Phase.WAITING is not before.phase]
     assert ended[0] == why
     assert seen[-1].phase is Phase.BESIDE
     assert max(errors(seen[-200:]).values()) < 1e-3
+
+
+@pytest.mark.parametrize("input_", ["auto", "cart"])
+def test_a_cart_that_is_driven_is_an_input(input_: Input) -> None:
+    drive = (MoveCart(0.15, within=0.4), Wait(0.3), MoveCart(-0.1, within=0.5), Wait(0.5))
+    seen = fit_initial_states(Shadow(TRUE, TrialOptions(input=input_)), *RELEASE, Wait(2.0), *drive)
+    assert seen[-1].phase is Phase.BESIDE
+    assert max(errors(seen).values()) < 2e-3
+    hanging = fit_initial_states(Shadow(TRUE, TrialOptions(input=input_)), Wait(2.0), *drive, *drive)
+    assert bool(errors(hanging)) == (input_ == "cart")
+    assert max(errors(hanging).values(), default=0.0) < 2e-3
+
+
+def test_motors_in_the_joints_are_an_input_where_they_are_said_to_drive() -> None:
+    rig = driven_by_motors(1)
+    torques, shown = np.array(rig.torques), {}
+    for joints in (True, False):
+        shadow = Shadow(DRIVEN, TrialOptions(input="joints" if joints else "auto"))
+        hold = [(-k, START[:2], (0.0, 0.0)) for k in range(200, 0, -1)]
+        rows = hold + [(k, rig.theta[k], torques[k]) for k in range(800)]
+        frames = [
+            shadow.take(Position(BEGIN + k * 5_000_000, theta[0], theta[1] - theta[0], 0.0, tuple(torque)))
+            for k, theta, torque in rows
+        ]
+        shown[joints] = max(abs(error) for of in frames for _, frame in of for error in frame.error or ())
+    assert shown[True] < 0.02 < shown[False]
+    shadow = Shadow(DRIVEN, TrialOptions(input="joints"))
+    assert shadow.take(Position(BEGIN, *START[:2], 0.0)) == []
+    assert "no efforts" in shadow.why
 
 
 def test_it_ends_when_the_pendulum_rests() -> None:

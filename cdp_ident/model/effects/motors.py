@@ -14,8 +14,9 @@ MOTORS = Effect(
     Law(
         torques=("inner - outer", "outer"),
         where=(
-            ("inner", "gain*(drive_inner - lag_inner*drive_rate_inner)"),
-            ("outer", "gain*(1 + imbalance)*(drive_outer - lag_outer*drive_rate_outer)"),
+            ("inner", "gain*(drive_inner - lag_inner*(drive_rate_inner - 0.5*lag_inner*drive_curvature_inner))"),
+            ("late", "drive_outer - lag_outer*(drive_rate_outer - 0.5*lag_outer*drive_curvature_outer)"),
+            ("outer", "gain*(1 + imbalance)*late"),
         ),
     ),
     (
@@ -26,5 +27,5 @@ MOTORS = Effect(
     ),
     "a current-controlled motor's torque follows its command with a small lag: Siciliano et al., Robotics, 2009, 8",
 )
-"""What acts is the recorded torque, a lag later to first order in that. Its gain is 1 / A22 where the record is in N m;
-`imbalance` says by how much the gain of the outer joint's motor is larger."""
+"""What acts is the recorded torque, a lag later to second order in that. Its gain is 1 / A22 where the record is in
+N m; `imbalance` says by how much the gain of the outer joint's motor is larger."""

@@ -21,10 +21,11 @@ VARIABLES = (*STATE, *ACCELERATIONS, *OWN, *COEFFICIENTS)
 GIVEN = (
     *("t", "direction_inner", "direction_outer", "outer_length", "carried", "sin1", "cos1", "sin2", "cos2"),
     *("drive_inner", "drive_outer", "drive_rate_inner", "drive_rate_outer"),
+    *("drive_curvature_inner", "drive_curvature_outer"),
 )
 """What else they may depend on: the time t in the trial [s], the direction in which each joint slips (1 or -1), the
 outer rod's length [m], the mass of weights on the rods over A22 [1/m^2], the sines and cosines of theta1 and theta2,
-and the torques that motors are known to bring to the joints [N m], with their rates [N m/s]."""
+and the torques that motors are known to bring to the joints [N m], with their rates [N m/s] and the rates of these."""
 INPUTS = (*VARIABLES, *GIVEN)
 VALUE, PARAMETERS = 0, 1 + len(VARIABLES)
 """Columns of what compiled laws return: the value, its derivatives by the variables, and from here on by the

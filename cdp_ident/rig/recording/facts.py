@@ -44,13 +44,15 @@ class Position:
     inner: float
     outer: float
     cart: float | None
+    torques: tuple[float, float] | None = None
+    """Of motors in the inner and the outer joint [N m]; None where there are none, or they are not read."""
 
 
 class PositionReader:
     """Reads the pendulum's position from the bytes of JointState messages."""
 
-    def __init__(self, joints: JointNames) -> None:
-        self._joints = joints
+    def __init__(self, joints: JointNames, with_torques: bool = False) -> None:
+        self._joints, self._with_torques = joints, with_torques
         self._layout: Layout | None = None
 
     def read(self, raw: bytes) -> Position | None:
@@ -62,12 +64,19 @@ class PositionReader:
             seconds, nanoseconds = layout.stamp.unpack_from(raw, STAMP_OFFSET)
             values = dict(zip(layout.names, layout.positions.unpack_from(raw, layout.offset), strict=True))
             inner, outer = values[self._joints.inner_joint], values[self._joints.outer_joint]
+            torques = self._torques(layout, raw) if self._with_torques else None
         except (ValueError, KeyError, struct.error):
             return None
         cart = values.get(self._joints.cart_joint)
-        if not all(abs(value) <= _LARGEST for value in (inner, outer, cart or 0.0)):
+        if not all(abs(value) <= _LARGEST for value in (inner, outer, cart or 0.0, *(torques or ()))):
             return None
-        return Position(seconds * NANOSECONDS + nanoseconds, inner, outer, cart)
+        return Position(seconds * NANOSECONDS + nanoseconds, inner, outer, cart, torques)
+
+    def _torques(self, layout: Layout, raw: bytes) -> tuple[float, float] | None:
+        if not (efforts := layout.efforts(raw)):
+            return None
+        of = dict(zip(layout.names, layout.positions.unpack(efforts), strict=True))
+        return of[self._joints.inner_joint], of[self._joints.outer_joint]
 
 
 @dataclass

@@ -79,7 +79,11 @@ def test_a_cart_that_is_not_measured_is_not_said_to_be_at_rest() -> None:
 def test_positions_are_read_by_the_joints_names() -> None:
     reader = PositionReader(JointNames("c", "a", "b"))
     assert reader.read(serialize_joint_state(["b", "x", "a"], [2.0, 9.0, 1.0], 7)) == Position(7, 1.0, 2.0, None)
-    assert reader.read(serialize_joint_state(["a", "b", "c"], [1.0, 2.0, 3.0], 8)) == Position(8, 1.0, 2.0, 3.0)
+    plain, driven = ([["a", "b", "c"], [1.0, 2.0, 3.0], 8, (), efforts] for efforts in ((), [0.1, 0.2, 0.3]))
+    assert reader.read(serialize_joint_state(*plain)) == Position(8, 1.0, 2.0, 3.0)
+    with_torques = PositionReader(JointNames("c", "a", "b"), with_torques=True)
+    assert with_torques.read(serialize_joint_state(*driven)) == Position(8, 1.0, 2.0, 3.0, (0.1, 0.2))
+    assert with_torques.read(serialize_joint_state(*plain)) == Position(8, 1.0, 2.0, 3.0)
     assert reader.read(serialize_joint_state(["a"], [1.0], 9)) is None
     assert reader.read(serialize_joint_state(["a", "b"], [1.0, float("nan")], 9)) is None
 
