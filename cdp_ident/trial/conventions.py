@@ -34,6 +34,7 @@ _LOOKED_AT = 0.005
 _SETTINGS = (
     "inner_joint",
     "outer_joint",
+    "cart_joint",
     "inner_unit",
     "outer_unit",
     "outer_angle",
@@ -116,6 +117,12 @@ def _others(recorded: Recorded, options: TrialOptions, least: float) -> Iterator
         yield best_of(other for other in moved if other.lumped.is_mechanism and may_be_rods(other.lumped))
         turned = replace(options, inner_joint=options.outer_joint, outer_joint=options.inner_joint)
         yield best_of(other for other in outer_meanings(exchanged(recorded), turned) if may_be_rods(other.lumped))
+    if least > GOOD and options.all_settable and any(np.any(motion.cart) for motion in recorded.motions):
+        still = [
+            replace(motion, cart=0.0 * motion.cart, cart_velocity=0.0 * motion.cart) for motion in recorded.motions
+        ]
+        free = balance_of(replace(recorded, motions=tuple(still)), replace(options, cart_joint=""))
+        yield free if free and may_be_rods(free.lumped) else None
 
 
 def _impossible(given: Balance) -> str:
@@ -176,7 +183,7 @@ def _changes(options: TrialOptions, other: Balance) -> str:
         meaning = replace(meaning, zero=_OPPOSITE[meaning.zero])
     values = {name: value for name in _SETTINGS if (value := getattr(meaning, name)) != getattr(options, name)}
     shown = {name: f"{value:.4g}" if isinstance(value, float) else value for name, value in values.items()}
-    settings = [options.setting(name, value) for name, value in shown.items()]
+    settings = [options.setting(name, value or "''") for name, value in shown.items()]
     if turned in ("inner", "outer"):
         settings.append(f"the {turned} joint's zero half a turn on")
     return " and ".join(settings)
@@ -195,6 +202,8 @@ def _other_words(options: TrialOptions, other: TrialOptions) -> str:
     """Say what is wrong: which joint is which, the zeros, or the factor by which readings are larger than angles."""
     if options.inner_joint != other.inner_joint:
         return "the joints are exchanged"
+    if options.cart_joint != other.cart_joint:
+        return "the cart's readings are no metres"
     if (options.inner_offset, options.outer_offset) != (other.inner_offset, other.outer_offset):
         return "the joints' zeros are elsewhere"
     factors = {

@@ -11,12 +11,15 @@ from cdp_ident.errors import OptionError
 OuterAngle = Literal["relative", "absolute"]
 Zero = Literal["upright", "hanging"]
 Time = Literal["auto", "stamps", "receipt"]
-Unit = Literal["radians", "degrees", "turns"]
+Unit = Literal["radians", "degrees", "gradians", "milliradians", "turns"]
 ScaleFrom = Literal["hanging", "zero"]
 Conventions = Literal["refuse", "warn"]
 Input = Literal["auto", "none", "cart", "joints"]
 
-UNITS: dict[Unit, float] = {"radians": 1.0, "degrees": math.pi / 180, "turns": 2.0 * math.pi}
+UNITS: dict[Unit, float] = {
+    **{"radians": 1.0, "degrees": math.pi / 180, "gradians": math.pi / 200, "milliradians": 1e-3},
+    "turns": 2.0 * math.pi,
+}
 """Of readings [rad]."""
 
 

@@ -2,14 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The motion in a recording, before anything is known of what its angles mean."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from cdp_ident.errors import TrialError
 from cdp_ident.trial.balance import motion_on_grid
 from cdp_ident.trial.cleaning import Piece, clean, cut_at_gaps
-from cdp_ident.trial.joints import Samples, in_radians, model_angles
+from cdp_ident.trial.joints import Samples, in_angles, model_angles
 from cdp_ident.trial.meaning import Recorded
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.scales import Scales
@@ -21,7 +19,7 @@ _FEWEST_SAMPLES = 4
 
 def recorded_motion(samples: Samples, options: TrialOptions) -> Recorded:
     """Return the motion in samples. Raises TrialError where no piece of them is long enough."""
-    samples = replace(samples, angles=in_radians(samples.angles, options))
+    samples = in_angles(samples, options)
     cleaned = clean(samples, options.start, options.stop)
     if not len(cleaned.time):
         limits = {name: at for name in ("start", "stop") if np.isfinite(at := getattr(options, name))}
