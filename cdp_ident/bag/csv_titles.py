@@ -151,9 +151,9 @@ def torques(titles: Sequence[Title]) -> list[tuple[int | None, int | None]]:
 
 def may_be_angles(titles: Sequence[Title]) -> list[int]:
     """Return the places of columns that may be angles: those whose titles say so, else those that do not deny it."""
-    words = [
-        set(re.findall(r"[^\W\d_]+", re.sub("([a-z])([A-Z])", r"\1 \2", title.name).casefold())) for title in titles
-    ]
+    # Of a path, as tools write it, the end.
+    names = [re.sub("([a-z])([A-Z])", r"\1 \2", title.name.rpartition("/")[2]) for title in titles]
+    words = [set(re.findall(r"[^\W\d_]+", name.casefold())) for name in names]
     possible = [
         place
         for place, title in enumerate(titles)

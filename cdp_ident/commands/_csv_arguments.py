@@ -120,6 +120,9 @@ def _parser() -> ArgumentParser:
         meaning.add_argument(
             f"--{joint}-scale", type=float, metavar="FACTOR", help="reading over angle, if counts per turn are wrong"
         )
+    meaning.add_argument(
+        "--scale-from", choices=("hanging", "zero"), help="where readings with a factor are right (default: hanging)"
+    )
     meaning.add_argument("--y-axis", choices=("down", "up"), help="of points (default: down in px, else up)")
     meaning.add_argument(
         "--lean", type=within(-180, 180), default=0.0, metavar="DEG", help="added to both angles: a camera's lean"

@@ -26,7 +26,7 @@ _TELLS = 0.3
 """Share of the acceleration that the right unit leaves unexplained at most, be a zero off or the camera lean."""
 _MEANINGS = (
     *("zero", "outer_angle", "inner_sign", "outer_sign"),
-    *("inner_offset", "outer_offset", "inner_scale", "outer_scale"),
+    *("inner_offset", "outer_offset", "inner_scale", "outer_scale", "scale_from"),
 )
 """What the user may say about angles, but not about points."""
 

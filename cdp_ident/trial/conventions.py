@@ -8,7 +8,7 @@ not change the residual but the signs: gravity would act upwards, or the rods' c
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 
@@ -31,22 +31,6 @@ from cdp_ident.trial.other_motions import may_be_rods, still_joint, too_far, unc
 
 _LOOKED_AT = 0.005
 """Unexplained share from which it is looked whether readings are two or four times the angles."""
-_SETTINGS = (
-    "inner_joint",
-    "outer_joint",
-    "cart_joint",
-    "inner_unit",
-    "outer_unit",
-    "outer_angle",
-    "outer_sign",
-    "zero",
-    "inner_offset",
-    "outer_offset",
-    "inner_scale",
-    "outer_scale",
-    "scale_from",
-)
-"""What meanings of the angles differ in."""
 _OPPOSITE: Mapping[Zero, Zero] = {"upright": "hanging", "hanging": "upright"}
 _CLEAR = 0.01
 """Least coupling, and least ratio of the rods' gravity terms, that are more than an error of the fit."""
@@ -110,7 +94,7 @@ def _contradiction(recorded: Recorded, given: Balance, best: Balance) -> str:
 
 def _others(recorded: Recorded, options: TrialOptions, least: float) -> Iterator[Balance | None]:
     """Yield the balances with readings over a factor and, where much is left, with other zeros and joints exchanged."""
-    from_zero = options.all_settable and options.zero == "upright" and options.scale_from == "hanging"
+    from_zero = options.zero == "upright" and options.scale_from == "hanging"
     yield best_scale(recorded, options, any_factor=least > GOOD, from_zero=from_zero)
     if least > GOOD:
         moved = with_other_zeros(recorded, outer_meanings(recorded, options))
@@ -181,7 +165,8 @@ def _changes(options: TrialOptions, other: Balance) -> str:
     meaning, turned = other.meaning, other.lumped.turned
     if turned == "both":
         meaning = replace(meaning, zero=_OPPOSITE[meaning.zero])
-    values = {name: value for name in _SETTINGS if (value := getattr(meaning, name)) != getattr(options, name)}
+    names = [field.name for field in fields(options)]
+    values = {name: value for name in names if (value := getattr(meaning, name)) != getattr(options, name)}
     shown = {name: f"{value:.4g}" if isinstance(value, float) else value for name, value in values.items()}
     settings = [options.setting(name, value or "''") for name, value in shown.items()]
     if turned in ("inner", "outer"):

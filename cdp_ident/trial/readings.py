@@ -73,11 +73,13 @@ def _made_up(readings: Array) -> tuple[int, int]:
     Motion is bent between all measurements alike.
     """
     steps = np.abs(np.diff(readings))
-    if len(steps) < _LONGEST_LINE * _FEWEST:
+    moving = steps[1:] > _MOVING * (np.quantile(steps, 0.99) if len(steps) else 0.0)
+    if np.count_nonzero(moving) < _LONGEST_LINE * _FEWEST:
         return 1, 0
-    bend = np.where(steps[1:] > _MOVING * np.quantile(steps, 0.99), np.abs(np.diff(readings, 2)), 0.0)
+    bend = np.where(moving, np.abs(np.diff(readings, 2)), 0.0)
     for every in range(_LONGEST_LINE, 1, -1):
-        bends = np.sum(bend[: len(bend) // every * every].reshape(-1, every), axis=0)
+        usual = np.minimum(bend, np.quantile(bend[moving], 1.0 - 0.5 / every))  # without jumps, as over gaps
+        bends = np.sum(usual[: len(bend) // every * every].reshape(-1, every), axis=0)
         sharp = int(np.argmax(bends))
         if np.max(np.delete(bends, sharp)) < _STRAIGHT * bends[sharp]:
             return every, (sharp + 1) % every
