@@ -62,12 +62,13 @@ def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Sam
         )
     again = recorded_again(recording.stamps, recording.positions)
     recording = recording[~again]
-    order, notes = in_order(recording.stamps, np.isfinite(recording.positions))
+    columns = [recording.joints.index(joint) for joint in wanted]
+    order, notes = in_order(recording.stamps, np.isfinite(recording.positions[:, columns]))
     if np.any(again):
         notes.append(f"{np.count_nonzero(again)} samples that are recorded twice count once")
     stamps, positions = recording.stamps[order], recording.positions[order]
     time = elapsed(stamps)
-    readings = positions[:, [recording.joints.index(joint) for joint in wanted]]
+    readings = positions[:, columns]
     known = _usable(readings)
     both = np.flatnonzero(known.all(axis=1))
     lacking = len(known) - len(both)
@@ -108,7 +109,7 @@ def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Sam
         notes.append(f"there is no joint {options.cart_joint}: the cart is taken to be at rest")
     torques: Array = np.zeros((len(rows), 2))
     if recording.efforts is not None:
-        efforts = recording.efforts[order][:, [recording.joints.index(joint) for joint in wanted]]
+        efforts = recording.efforts[order][:, columns]
         torques = np.column_stack([_held(time[rows], time, effort) for effort in efforts.T])
     found = Samples(
         stamps[rows], angles, cart, torques if np.any(torques) else None, (ranges[0], ranges[1]), (turns[0], turns[1])

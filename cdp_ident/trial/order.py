@@ -49,13 +49,13 @@ def in_order(stamps: Indices, known: Mask | None = None) -> tuple[Indices, list[
 
     Args:
         stamps: (n,) as they are stored [ns].
-        known: (n, joints) which joints each has a reading of.
+        known: (n, 2) which joint each has a reading of.
     """
     everything = np.arange(len(stamps))
     if np.all(np.diff(stamps) >= 0):
         return everything, []
-    _, joints = np.unique(np.zeros((len(stamps), 1)) if known is None else known, axis=0, return_inverse=True)
-    alike = [np.flatnonzero(joints.ravel() == of) for of in range(int(joints.max()) + 1)]
+    joints = np.zeros(len(stamps)) if known is None else known @ [1, 2]
+    alike = [np.flatnonzero(joints == of) for of in np.unique(joints)]
     found = [_parts(stamps, rows) for rows in alike]
     if len({len(parts) for parts, _ in found}) > 1:
         found = [_parts(stamps, everything)]
@@ -75,12 +75,17 @@ def recorded_again(stamps: Indices, readings: Array) -> Mask:
 
     Those that follow at once may be readings at rest, of a clock that is coarse.
     """
+    again = np.zeros(len(stamps), dtype=bool)
     if np.all(np.diff(stamps) >= 0):
-        return np.zeros(len(stamps), dtype=bool)
-    rows = np.column_stack([stamps, readings.view(np.int64)])
+        return again
+    begins = np.diff(stamps, prepend=stamps[:1] - 1) != 0
+    values, counts = np.unique(stamps[begins], return_counts=True)
+    some = np.flatnonzero(np.isin(stamps, values[counts > 1]))
+    rows = np.column_stack([stamps[some], readings[some].view(np.int64)])
     _, first, which = np.unique(rows, axis=0, return_index=True, return_inverse=True)
-    others = np.cumsum(np.diff(stamps, prepend=stamps[:1]) != 0)
-    return np.asarray(others != others[first[which.ravel()]])
+    others = np.cumsum(begins)[some]
+    again[some] = others != others[first[which.ravel()]]
+    return again
 
 
 def _parts(stamps: Indices, rows: Indices) -> tuple[list[Indices], int]:

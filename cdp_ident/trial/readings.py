@@ -77,9 +77,10 @@ def _made_up(readings: Array) -> tuple[int, int]:
     if np.count_nonzero(moving) < _LONGEST_LINE * _FEWEST:
         return 1, 0
     bend = np.where(moving, np.abs(np.diff(readings, 2)), 0.0)
-    for every in range(_LONGEST_LINE, 1, -1):
-        usual = np.minimum(bend, np.quantile(bend[moving], 1.0 - 0.5 / every))  # without jumps, as over gaps
-        bends = np.sum(usual[: len(bend) // every * every].reshape(-1, every), axis=0)
+    lines = np.arange(_LONGEST_LINE, 1, -1)
+    for every, usual in zip(lines.tolist(), np.quantile(bend[moving], 1.0 - 0.5 / lines), strict=True):
+        # Jumps, as over gaps, bend no more than usual.
+        bends = np.sum(np.minimum(bend[: len(bend) // every * every], usual).reshape(-1, every), axis=0)
         sharp = int(np.argmax(bends))
         if np.max(np.delete(bends, sharp)) < _STRAIGHT * bends[sharp]:
             return every, (sharp + 1) % every
