@@ -31,7 +31,8 @@ def found_units(samples: Samples, options: TrialOptions) -> tuple[Balance | None
     given = options.inner_unit, options.outer_unit
     wide = _wide(samples, options)
     before, best = _best(samples, options), None
-    if before and before.lumped.unexplained <= GOOD and not np.any(wide):
+    far_less = MUCH_BETTER * before.lumped.unexplained if before else np.inf
+    if far_less == 0.0 or (far_less <= MUCH_BETTER * GOOD and not np.any(wide)):
         return before, before
     # Both first: with one in the wrong unit, the other may pass for a pendulum, and leave nothing either.
     others, may_be = (_SMALLER, wide) if np.any(wide) else (("turns",), [True, True])
@@ -50,7 +51,6 @@ def found_units(samples: Samples, options: TrialOptions) -> tuple[Balance | None
     if best is None:
         return before, before
     most = EVIDENT if best.meaning.inner_unit == best.meaning.outer_unit else GOOD
-    far_less = MUCH_BETTER * before.lumped.unexplained if before else np.inf
     return (best if best.lumped.unexplained <= min(most, far_less) else before), before
 
 
