@@ -13,8 +13,8 @@ from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.scales import Scales, sampling_step
 from cdp_ident.trial.zero_input import moving_windows
 
-_FASTEST, _LONG = 0.02, 1.0
-"""Time scale of a rig of 4 mm, and how long a recording must be for less than that to be one of its stamps' [s]."""
+_FASTEST, _SAMPLED = 0.02, 0.5
+"""Time scale of a rig of 4 mm [s], and the share of a recording in which samples follow one another as usual."""
 _FEWEST_SAMPLES = 4
 """Samples in one unit of the motion's time scale below which its velocities cannot be estimated."""
 
@@ -29,10 +29,11 @@ def recorded_motion(samples: Samples, options: TrialOptions) -> Recorded:
         raise TrialError(f"no sample lies within {asked}: the recording has {clean(samples).time[-1]:.2f} s")
     taken, time = cleaned.samples[~cleaned.outlier], cleaned.time[~cleaned.outlier]
     scales = Scales.of(time - time[0], model_angles(taken.angles, options))
-    if scales.unit < _FASTEST and time[-1] - time[0] > _LONG:
+    step = sampling_step(time)
+    if scales.unit < _FASTEST and step * len(time) < _SAMPLED * (time[-1] - time[0]):
         raise TrialError(
-            f"by the times of samples, half of which are less than {1e3 * sampling_step(time):.2g} ms after the one "
-            "before, nothing swings so fast: are they stamped in bursts, or in another unit?"
+            f"half of the samples are less than {1e3 * step:.2g} ms after the one before, and nothing swings so fast: "
+            "are they stamped in bursts?"
         )
     longest_gap, shortest = options.longest_gap or scales.longest_gap, options.shortest or scales.shortest
     pieces, gaps = cut_at_gaps(cleaned, longest_gap)
