@@ -4,18 +4,18 @@
 
 import gzip
 import io
+import itertools
 import re
 import zlib
 from array import array
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import islice
 from pathlib import Path
 
 import numpy as np
 
 from cdp_ident.arrays import Array
-from cdp_ident.bag.csv_format import DELIMITERS, Format, cells_of, number_of
+from cdp_ident.bag.csv_format import DELIMITERS, Format, cells_of, number_of, unit_behind
 from cdp_ident.bag.csv_titles import Title, is_unit, titles_of_echo
 from cdp_ident.errors import BagError
 from cdp_ident.outside_text import shown
@@ -25,6 +25,10 @@ Line = tuple[int, str]
 """Number of a line, counted from 1, and its text."""
 
 _COMMENTS = "#%!"
+_UNITS_ROW = re.compile("unit|einheit", re.IGNORECASE)
+"""What a row of units may be called in its first cell."""
+_KEY = re.compile(r"""[ \t,;{]*["']?([^\W\d]\w*)["']?[ \t]*[:=][ \t]*(?=["']?[-+.\d])""")
+"""What stands before each number in rows that name them."""
 _LARGEST = 1 << 28
 """Bytes; an hour at 1 kHz has half of them."""
 _LONGEST_LINE = 1 << 16
@@ -38,10 +42,10 @@ _OTHERS = {
     b"#ROSBAG": "a bag of ROS 1: `rosbags-convert --src {path} --dst FOLDER` makes one of ROS 2, which identify takes",
     b"MATLAB": f"a file of MATLAB: {_IN_MATLAB}; without it, `scipy.io.loadmat` of Python reads plain arrays",
     b"\x89HDF": f"a file of MATLAB 7.3 (HDF5): {_IN_MATLAB}",
-    b"header:\n": "what `ros2 topic echo` prints: with --csv it prints a table",
+    rb"(?s).{0,200}header:\r?\n": "what `ros2 topic echo` prints: with --csv it prints a table",
     b"PK\x03\x04": "a spreadsheet or an archive: save the sheet as CSV",
 }
-"""What files that are no text begin with, and what to do with them."""
+"""What files that are no tables begin with, and what to do with them."""
 
 
 @dataclass(frozen=True)
@@ -114,21 +118,24 @@ def read_table(path: Path, delimiter: str | None = None, decimal: str | None = N
 
     Raises BagError where the file cannot be read or holds no numbers in columns.
     """
-    text = _text(path)
+    text = _text(path).replace("\u2212", "-")
+    keys = _keys(text)
+    text = _KEY.sub(",", text).replace("}", "") if keys else text
     rows = ((number, line) for number, line in _lines(path, text) if line[0] not in _COMMENTS)
-    looked_at = list(islice(rows, _LOOKED_AT))
+    looked_at = list(itertools.islice(rows, _LOOKED_AT))
     looked_at = looked_at[: max(2, _LETTERS // max(1, max((len(line) for _, line in looked_at), default=1)))]
     form = Format.of([line for _, line in looked_at], delimiter, decimal)
     if form is None:
         raise _no_numbers_in(path, looked_at)
-    before: list[Line] = []
+    before, units = list[Line](), list[str]()
     values, no_numbers, stray, first = array("d"), dict[int, tuple[int, str]](), list[Line](), 0
     for number, line in _lines(path, text):
         is_comment = line[0] in _COMMENTS
         cells = [] if is_comment else form.cells(line)
         row, others = form.row(cells)
         if (first or len(cells) == form.width) and not is_comment and (not others or form.is_data(others, not first)):
-            first = first or number
+            if not first:
+                first, units = number, [unit_behind(cell) for cell in cells]
             values.extend(row)
             for place, cell in others.items():
                 if cell:
@@ -142,8 +149,10 @@ def read_table(path: Path, delimiter: str | None = None, decimal: str | None = N
     if not first:
         raise _no_numbers_in(path, before)
     table = np.frombuffer(values).reshape(-1, form.width)
-    titles, where = _titles(before, form.delimiter, form.width)
+    titles, where = _titles(before, form.delimiter, units)
     titles = titles or titles_of_echo(table[:1000], no_numbers)
+    if keys and len(keys) + 1 == form.width:
+        titles = tuple(map(Title.of, ("", *keys)))
     written = (
         f"{len(table)} rows of {form.width} columns parted by {DELIMITERS.get(form.delimiter, repr(form.delimiter))}, "
         f"decimal {'commas' if form.decimal == ',' else 'points'}, "
@@ -160,7 +169,7 @@ def _text(path: Path) -> str:
     try:
         content = read_regular(path, _LARGEST)
         for beginning, what in _OTHERS.items():
-            if content.startswith(beginning):
+            if re.match(beginning, content):
                 raise BagError(f"{path} is {what.format(path=path)}")
         if content[:2] == b"\x1f\x8b":
             with gzip.open(io.BytesIO(content)) as stream:
@@ -193,16 +202,28 @@ def _no_numbers_in(path: Path, rows: Sequence[Line]) -> BagError:
     return BagError(f"{path} has no numbers in columns; its first line is {rows[0][1][:60]!r}")
 
 
-def _titles(before: Sequence[Line], delimiter: str, width: int) -> tuple[tuple[Title, ...], int]:
-    """Return the titles that stand before the numbers, nearest to them, and in which line."""
-    units: list[str] = [""] * width
-    for number, line in reversed(before):
-        cells = _title_cells(line.lstrip(_COMMENTS).strip(), delimiter, width)
+def _titles(before: Sequence[Line], delimiter: str, units: list[str]) -> tuple[tuple[Title, ...], int]:
+    """Return the titles that stand before the numbers, nearest to them, and in which line.
+
+    Titles that stand there twice, as x and y of several points, belong to what stands above them.
+
+    Args:
+        before: the lines before the numbers.
+        delimiter: between columns.
+        units: what stands behind the numbers of each column.
+    """
+    width = len(units)
+    for place, (number, line) in reversed([*enumerate(before)]):
+        cells = _title_cells(line, delimiter, width)
         if cells is None:
             continue
-        if all(is_unit(cell) for cell in cells if cell) and not any(units):
-            units = cells
+        if not any(units) and all(is_unit(cell) for cell in cells if cell and not _UNITS_ROW.search(cell)):
+            units = ["" if _UNITS_ROW.search(cell) else cell for cell in cells]
             continue
+        if place and len(set(cells)) < width:
+            above = _title_cells(before[place - 1][1], delimiter, width) or [""] * width
+            groups: Iterator[str] = itertools.accumulate(above, lambda last, group: group or last)
+            cells = [f"{group} {cell}".strip() for group, cell in zip(groups, cells, strict=True)]
         titles = (Title.of(cell, unit) for cell, unit in zip(cells, units, strict=True))
         return tuple(titles), number
     return ((), 0) if not any(units) else (tuple(Title("", "", unit) for unit in units), 0)
@@ -210,6 +231,7 @@ def _titles(before: Sequence[Line], delimiter: str, width: int) -> tuple[tuple[T
 
 def _title_cells(line: str, delimiter: str, width: int) -> list[str] | None:
     """Return as many titles as there are columns, whichever sign parts them; None if the line holds no titles."""
+    line = re.sub("^.* -> ", delimiter, re.sub(rf"^[{_COMMENTS}]+\s*", "", line))
     for sign in (delimiter, *DELIMITERS):
         # A blank before a unit parts no columns.
         cells = cells_of(re.sub(r"\s+(?=[\[(])", "", line) if sign == " " else line, sign)
@@ -217,3 +239,11 @@ def _title_cells(line: str, delimiter: str, width: int) -> list[str] | None:
         if len(cells) == width and any(cells) and all(number_of(cell, ".") is None for cell in cells):
             return cells
     return None
+
+
+def _keys(text: str) -> list[str]:
+    """Return what each number is called in rows as `t=0.1 a=2.5` or `{"t": 0.1, "a": 2.5}`; none for other rows."""
+    line = text[:_LETTERS].rpartition("\n")[0].rstrip().rpartition("\n")[2]
+    cells = _KEY.sub(",", line).strip(" ,;}").split(",")
+    is_named = len(cells) > 1 and all(number_of(cell.strip(), ".") is not None for cell in cells)
+    return _KEY.findall(line) if is_named else []

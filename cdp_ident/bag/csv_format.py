@@ -13,13 +13,18 @@ from datetime import datetime, timedelta, timezone
 
 import numpy as np
 
+from cdp_ident.bag.csv_titles import is_unit
+
 DELIMITERS = {"\t": "tabs", ";": "semicolons", ",": "commas", " ": "blanks", "|": "bars"}
 """What may part columns, and what it is called."""
-_MISSING = {"", "na", "n/a", "#n/a", "nan", "null", "none", "-", "--", "?"}
+_MISSING = {"", "na", "n/a", "nan", "null", "none", "-", "--", "?"}
 _NUMERIC = 0.5
 """Share of a column's cells that are numbers where the column is one of numbers."""
+_EMPTY = 0.1
+"""A column with a smaller share of cells that hold anything is empty: before numbers, no row has one."""
+_WITH_UNIT = re.compile(r"(.*\d\.?)\s*([^\W\d]+|°)")
 _DATE = re.compile(
-    r"(?:(\d{4})-(\d\d)-(\d\d)[T ]|\d+([./])\d+\4\d+ )?(?:(\d\d?):)?(\d\d?):(\d\d(?:[.,:]\d+)?)\s*([AP]M)?"
+    r"(?:(\d{4})-(\d\d)-(\d\d)[T ]|\d+([./])\d+\4\d+ |(\d+) days? )?(?:(\d\d?):)?(\d\d?):(\d\d(?:[.,:]\d+)?)\s*([AP]M)?"
     r"(?:Z|([+-]\d\d):?(\d\d))?",
     re.IGNORECASE,
 )
@@ -35,6 +40,8 @@ class Format:
     """Number of columns."""
     numeric: tuple[int, ...]
     """The columns that hold numbers."""
+    empty: tuple[int, ...]
+    """Those with next to nothing."""
 
     @classmethod
     def of(cls, rows: Sequence[str], delimiter: str | None, decimal: str | None) -> "Format | None":
@@ -57,12 +64,14 @@ class Format:
         if found is None:
             return None
         sign, point, width, of_width = found
-        numeric = []
+        numeric, empty = [], []
         for place, column in enumerate(zip(*of_width, strict=True)):
             there = [number_of(cell, point) is not None for cell in column if not _is_missing(cell)]
             if sum(there) >= max(1.0, _NUMERIC * len(there)):
                 numeric.append(place)
-        return cls(sign, point, width, tuple(numeric))
+            elif len(there) < _EMPTY * len(column):
+                empty.append(place)
+        return cls(sign, point, width, tuple(numeric), tuple(empty))
 
     def cells(self, line: str) -> list[str]:
         """Return the cells of a line."""
@@ -89,12 +98,13 @@ class Format:
         `others` are its cells that are no numbers.
         """
         numbers = sum(place not in others for place in self.numeric)
-        wrong = any(others.get(place) for place in self.numeric)
+        wrong = any(others.get(place) for place in (*self.numeric, *(self.empty if first else ())))
         return numbers > 0 and (not wrong or (not first and 2 * numbers >= len(self.numeric)))
 
 
 def cells_of(line: str, delimiter: str) -> list[str]:
-    """Return the cells of a line, without quotes and blanks around them."""
+    """Return the cells of a line, without quotes and blanks around them; a terminal's time stands before an arrow."""
+    line = line.replace(" -> ", delimiter)
     if '"' in line:
         with suppress(csv.Error):
             return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))]
@@ -102,12 +112,20 @@ def cells_of(line: str, delimiter: str) -> list[str]:
 
 
 def number_of(cell: str, decimal: str) -> float | None:
-    """Return the number in a cell, a date or a time of day in seconds; None where there is none."""
+    """Return the number in a cell, with a unit or without, or the seconds of a date or time of day; None for none."""
     number = cell.replace(",", ".") if decimal == "," else cell
     try:
         return float(number)
     except ValueError:
-        return _seconds(cell) if ":" in cell else None
+        if ":" in cell:
+            return _seconds(cell)
+    return number_of(cell.removesuffix(unit).rstrip(), decimal) if (unit := unit_behind(cell)) else None
+
+
+def unit_behind(cell: str) -> str:
+    """Return the unit that stands behind the number in a cell; empty where there is none."""
+    match = _WITH_UNIT.fullmatch(cell)
+    return match[2] if match and is_unit(match[2]) else ""
 
 
 def _seconds(cell: str) -> float | None:
@@ -116,9 +134,9 @@ def _seconds(cell: str) -> float | None:
     if match is None:
         return None
     # Of other dates the day and the month may be exchanged: their time of day is taken.
-    year, month, day, _, hour, minute, second, half, zone_hours, zone_minutes = match.groups()
+    year, month, day, _, days, hour, minute, second, half, zone_hours, zone_minutes = match.groups()
     hours = int(hour or 0) % 12 + 12 * (half.upper() == "PM") if half else int(hour or 0)
-    of_day = 3600.0 * hours + 60.0 * int(minute) + float(re.sub("[,:]", ".", second))
+    of_day = 86400.0 * int(days or 0) + 3600.0 * hours + 60.0 * int(minute) + float(re.sub("[,:]", ".", second))
     if year is None:
         return of_day
     try:
@@ -130,4 +148,4 @@ def _seconds(cell: str) -> float | None:
 
 
 def _is_missing(cell: str) -> bool:
-    return cell.casefold() in _MISSING
+    return cell.casefold() in _MISSING or cell.startswith("#")

@@ -12,6 +12,8 @@ from cdp_ident.arrays import Array
 
 _UNITS = {
     "d": ("day", "days"),
+    "h": ("h", "hour", "hours"),
+    "min": ("min", "minute", "minutes"),
     "s": ("s", "sec", "secs", "second", "seconds", "sek"),
     "ms": ("ms", "msec", "millis", "milliseconds"),
     "us": ("us", "µs", "μs", "usec", "micros", "microseconds"),
@@ -58,7 +60,8 @@ _SAYS_ANGLE = re.compile("angle|ang|winkel|theta|th|phi|psi|alpha|beta|gamma|q|�
 _NO_ANGLE = re.compile(
     "name|packet|seq.*|id|idx|index|line|pwm|duty|volt.*|current|amp.*|torque|tau|effort|force|moment|nm|power|temp.*|vel.*|"
     "speed|omega|dot|d?theta.*dot|rate|acc.*|gyro.*|jerk|[xyz]|p[xyz]|sim.*|model.*|pred.*|ref.*|target|set.*|cmd|"
-    "command.*|des.*|goal|fit|fitted|err.*|residual.*|status|state|flag|mode|gain|dist.*|height|sec|nanosec|stamp.*|time.*"
+    "command.*|des.*|goal|fit|fitted|err.*|residual.*|status|state|flag|mode|gain|dist.*|height|sec|nanosec|stamp.*|time.*|"
+    "likelihood|conf.*|prob.*|score"
 )
 """Words in the titles of columns that are not a rod's measured angle."""
 _MARKERS = {
@@ -121,6 +124,12 @@ def roles(titles: Sequence[Title]) -> dict[str, int]:
     return found
 
 
+def time_before(titles: Sequence[Title], place: int) -> int | None:
+    """Return the last column of times before one, as tables have that are put together; None where there is none."""
+    is_time = re.compile("|".join(_NAMES[TIME].split())).fullmatch
+    return next((before for before in range(place - 1, -1, -1) if titles and is_time(titles[before].key)), None)
+
+
 def torques(titles: Sequence[Title]) -> list[tuple[int | None, int | None]]:
     """Return the places of torques of motors, of the inner and the outer joint, for each kind that the titles tell.
 
@@ -142,9 +151,9 @@ def torques(titles: Sequence[Title]) -> list[tuple[int | None, int | None]]:
 
 def may_be_angles(titles: Sequence[Title]) -> list[int]:
     """Return the places of columns that may be angles: those whose titles say so, else those that do not deny it."""
-    words = [
-        set(re.findall(r"[^\W\d_]+", re.sub("([a-z])([A-Z])", r"\1 \2", title.name).casefold())) for title in titles
-    ]
+    # Of a path, as tools write it, the end.
+    names = [re.sub("([a-z])([A-Z])", r"\1 \2", title.name.rpartition("/")[2]) for title in titles]
+    words = [set(re.findall(r"[^\W\d_]+", name.casefold())) for name in names]
     possible = [
         place
         for place, title in enumerate(titles)

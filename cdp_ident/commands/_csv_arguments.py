@@ -10,11 +10,14 @@ from pathlib import Path
 
 from cdp_ident.command_line import ArgumentParser, within
 from cdp_ident.errors import OptionError
-from cdp_ident.trial.options import TrialOptions
+from cdp_ident.trial.options import TrialOptions, Unit
 from cdp_ident.user_input import quoted
 
-TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "d": 86400.0}
-ANGLE_UNITS = {"rad": 1.0, "deg": math.pi / 180, "mrad": 1e-3, "gon": math.pi / 200, "turns": 2 * math.pi}
+TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "d": 86400.0}
+ANGLE_UNITS: dict[str, Unit] = {
+    **{"rad": "radians", "deg": "degrees", "mrad": "milliradians", "gon": "gradians"},
+    "turns": "turns",
+}
 LENGTH_UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 _POSITIVE = within(1e-9, 1e12)
 
@@ -117,6 +120,9 @@ def _parser() -> ArgumentParser:
         meaning.add_argument(
             f"--{joint}-scale", type=float, metavar="FACTOR", help="reading over angle, if counts per turn are wrong"
         )
+    meaning.add_argument(
+        "--scale-from", choices=("hanging", "zero"), help="where readings with a factor are right (default: hanging)"
+    )
     meaning.add_argument("--y-axis", choices=("down", "up"), help="of points (default: down in px, else up)")
     meaning.add_argument(
         "--lean", type=within(-180, 180), default=0.0, metavar="DEG", help="added to both angles: a camera's lean"

@@ -29,6 +29,8 @@ _LENGTH_OFF = 0.05
 """Share by which the length that the motion shows may differ from the one given, besides four standard deviations."""
 _WELL_KNOWN = 0.2
 """Standard deviation, as a share, up to which a length is worth saying."""
+_SHORTEST, _LONGEST = 0.005, 50.0
+"""Lengths [m] that double pendulums have."""
 
 
 def make_bag(options: argparse.Namespace, arguments: list[str]) -> None:
@@ -64,6 +66,7 @@ def _checked(table: Table, recording: Recording, options: argparse.Namespace) ->
         if recording.on_film:
             _check_film(samples, recording.meaning)
         found = find_trial(samples, recording.meaning)
+        _check_length(found)
     except TrialError as error:
         if not options.anyway:
             there = f"; columns: {table.columns}" if isinstance(error, OtherMotionError) else ""
@@ -115,15 +118,29 @@ def _check_film(samples: Samples, meaning: TrialOptions) -> None:
     )
 
 
+def _length(found: Found) -> tuple[float, float] | None:
+    """Return the distance of the joints by the motion and its deviation [m]; None where it is not well known."""
+    if found.balance is None or not found.balance.lumped.has_certain_signs:
+        return None
+    g, lumped = NOMINAL["g"], found.balance.lumped
+    length, std = g * lumped.length_over_gravity, g * lumped.length_std
+    return (length, std) if length > 0 and std < _WELL_KNOWN * length else None
+
+
+def _check_length(found: Found) -> None:
+    """Raise TrialError where the motion is that of no pendulum that anybody has."""
+    if (known := _length(found)) and not _SHORTEST < known[0] < _LONGEST:
+        raise TrialError(f"the motion is that of joints {known[0]:.2g} m apart: check --time-unit, or --rate")
+
+
 def _what_the_motion_says(found: Found, recording: Recording, rate: float | None) -> list[str]:
     """Return lines about how well the balance of forces holds, and with which length."""
     if found.balance is None or not found.balance.lumped.has_certain_signs:
         return []
-    lumped = found.balance.lumped
-    lines = [f"balance of forces: {lumped.unexplained:.1%} of the inner rod's acceleration is unexplained"]
-    g = NOMINAL["g"]
-    length, std = g * lumped.length_over_gravity, g * lumped.length_std
-    if length > 0 and std < _WELL_KNOWN * length:
+    unexplained, g = found.balance.lumped.unexplained, NOMINAL["g"]
+    lines = [f"balance of forces: {unexplained:.1%} of the inner rod's acceleration is unexplained"]
+    if known := _length(found):
+        length, std = known
         lines[0] += f"; it holds with L = {length:.3g} +- {max(std, 1e-3 * length):.1g} m at g = {g:g} m/s^2"
         given = recording.length
         if given and abs(length / given - 1) > _LENGTH_OFF + 4 * std / given:

@@ -9,25 +9,24 @@ import numpy as np
 
 from cdp_ident.arrays import Array, Mask
 from cdp_ident.bag.csv_file import Table
-from cdp_ident.bag.csv_titles import CART, INNER, OUTER, POINTS, may_be_angles, roles, torques
+from cdp_ident.bag.csv_titles import CART, INNER, OUTER, POINTS, TIME, may_be_angles, roles, time_before, torques
 from cdp_ident.bag.joint_recording import JointRecording
 from cdp_ident.commands._csv_arguments import ANGLE_UNITS, LENGTH_UNITS, TypedOptions
 from cdp_ident.commands._csv_time import stamps_of, times
 from cdp_ident.errors import BagError, OptionError
 from cdp_ident.trial.film import rods_on_film
 from cdp_ident.trial.gravity import in_right_ranges
-from cdp_ident.trial.joints import Samples, in_radians, select_joints
-from cdp_ident.trial.options import TrialOptions, Unit
+from cdp_ident.trial.joints import Samples, in_angles, select_joints
+from cdp_ident.trial.options import UNITS, TrialOptions, Unit
 from cdp_ident.trial.units import found_units
 
-_FEWEST_DEGREES, _MOST_RADIANS, _MOST_DEGREES = 7.0, 20.0, 500.0
+_FEWEST_DEGREES, _MOST_RADIANS = 7.0, 20.0
 """Angles that state no unit are radians if they vary by less, and degrees by more if the motion does not tell."""
-_SHORT: dict[Unit, str] = {"radians": "rad", "degrees": "deg", "turns": "turns"}
 _TELLS = 0.3
 """Share of the acceleration that the right unit leaves unexplained at most, be a zero off or the camera lean."""
 _MEANINGS = (
     *("zero", "outer_angle", "inner_sign", "outer_sign"),
-    *("inner_offset", "outer_offset", "inner_scale", "outer_scale"),
+    *("inner_offset", "outer_offset", "inner_scale", "outer_scale", "scale_from"),
 )
 """What the user may say about angles, but not about points."""
 
@@ -64,6 +63,8 @@ class _Rows:
     cart: Array | None = None
     """(n,) position of the cart [m]."""
     length: float | None = None
+    places: tuple[int, ...] = ()
+    """Columns of the angles."""
 
 
 def recording_of(table: Table, options: argparse.Namespace) -> Recording:
@@ -81,6 +82,8 @@ def recording_of(table: Table, options: argparse.Namespace) -> Recording:
     points = _points(table, options, known)
     rows = _from_points(table, points, cart, options) if points else _from_angles(table, known, used, options)
     rows.cart = cart if rows.cart is None else rows.cart
+    if TIME not in known and options.time is None and options.rate is None:
+        time = _with_times_of_their_own(table, rows, time, options)
     wanted = np.flatnonzero(rows.kept & np.isfinite(time) & (time >= options.start) & (time <= options.stop))
     if not len(wanted):
         asked = [f" --{name} {s:g} s" for name, s in (("from", options.start), ("to", options.stop)) if np.isfinite(s)]
@@ -96,19 +99,19 @@ def recording_of(table: Table, options: argparse.Namespace) -> Recording:
     )
     names = (meaning.inner_joint, meaning.outer_joint, meaning.cart_joint)[: numbers.shape[1]]
     if efforts is not None:
-        efforts = np.pad(efforts, ((0, 0), (0, len(names) - 2)))[wanted]
+        efforts = np.pad(np.resize(efforts, (len(numbers), 2)), ((0, 0), (0, len(names) - 2)))[wanted]
     stamps = stamps_of(time[wanted], table.path, options)
     recording = JointRecording("", str(table.path), names, stamps, numbers[wanted], (), efforts=efforts)
     samples, notes = select_joints(recording, meaning)
     samples = samples[np.arange(0, len(samples.stamps), options.every)]
     if not rows.is_unit_known:
         units, how = _with_units(samples, meaning)
-        inner, outer = in_radians(np.array([samples.ranges]), units)[0].tolist()
-        samples = replace(samples, angles=in_radians(samples.angles, units), ranges=(inner, outer))
-        told = (units.inner_unit, units.outer_unit)
-        rows.columns = [f"{column}{_SHORT[unit]} ({how})" for column, unit in zip(rows.columns, told, strict=True)]
+        samples = in_angles(samples, units)
+        short = {unit: name for name, unit in ANGLE_UNITS.items()}
+        told = [short[unit] for unit in (units.inner_unit, units.outer_unit)]
+        rows.columns = [f"{column}{unit} ({how})" for column, unit in zip(rows.columns, told, strict=True)]
     samples = in_right_ranges(samples, meaning)
-    samples = replace(samples, angles=np.asarray(np.unwrap(samples.angles, axis=0)))
+    samples = replace(samples, angles=samples.unwrapped)
     columns += rows.columns
     length = rows.length or options.length
     return Recording(samples, meaning, length, bool(points), columns, [*table.notes, *rows.notes, *notes])
@@ -131,7 +134,23 @@ def _from_angles(table: Table, known: dict[str, int], used: set[int], options: a
     factors, unit = _angle_factors(table, places, options)
     angles = np.column_stack([table.column(place) for place in places]) * factors
     columns = [f"{name} from {table.name(place)} in {unit}" for name, place in zip((INNER, OUTER), places, strict=True)]
-    return _Rows(angles, np.ones(len(angles), dtype=bool), TypedOptions(**said), columns, [], unit != "")
+    return _Rows(
+        angles, np.ones(len(angles), dtype=bool), TypedOptions(**said), columns, [], unit != "", places=tuple(places)
+    )
+
+
+def _with_times_of_their_own(table: Table, rows: _Rows, time: Array, options: argparse.Namespace) -> Array:
+    """Return the times of rows, in which each angle has one of its own where columns of times stand before both."""
+    before = [time_before(table.titles, place) for place in rows.places]
+    own = [
+        times(table, argparse.Namespace(**{**vars(options), "time": str(at)}), {})[0] for at in before if at is not None
+    ]
+    if len(own) < 2 or np.array_equal(own[0], own[1], equal_nan=True):
+        return time
+    rows.angles = np.concatenate([rows.angles * [1.0, np.nan], rows.angles * [np.nan, 1.0]])
+    rows.kept = np.tile(rows.kept, 2)
+    rows.cart = None if rows.cart is None else np.tile(rows.cart, 2)
+    return np.concatenate(own)
 
 
 def _from_points(table: Table, points: list[int], cart: Array | None, options: argparse.Namespace) -> _Rows:
@@ -219,7 +238,7 @@ def _angle_factors(table: Table, places: list[int], options: argparse.Namespace)
     units = [options.angle_unit or table.unit(place) for place in places]
     stated = [unit if unit in ANGLE_UNITS else other for unit, other in zip(units, units[::-1], strict=True)]
     if set(stated) <= set(ANGLE_UNITS):
-        return np.array([ANGLE_UNITS[unit] for unit in stated]), " and ".join(dict.fromkeys(stated))
+        return np.array([UNITS[ANGLE_UNITS[unit]] for unit in stated]), " and ".join(dict.fromkeys(stated))
     if "counts" in units:
         raise OptionError(f"{table.path}: angles in counts: give --angle-unit counts and --counts-per-turn")
     return np.ones(2), ""
@@ -234,7 +253,7 @@ def _with_units(samples: Samples, meaning: TrialOptions) -> tuple[TrialOptions, 
     if found and found.lumped.unexplained < _TELLS:
         how = f"not stated: {found.lumped.unexplained:.1%} of the motion is unexplained in it"
         return replace(meaning, inner_unit=found.meaning.inner_unit, outer_unit=found.meaning.outer_unit), how
-    if size > _MOST_DEGREES and np.all(samples.angles == np.round(samples.angles)):
+    if np.all(samples.angles == np.round(samples.angles)):
         raise OptionError(
             f"the angles are whole numbers over a range of {size:.0f}, and no degrees by their motion: if an encoder "
             "counts them, give --angle-unit counts and --counts-per-turn"

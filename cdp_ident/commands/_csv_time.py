@@ -18,6 +18,8 @@ from cdp_ident.trial.order import counted_on
 
 _ABSOLUTE = 1e9
 """Times [s] from here on, which is 2001, are taken as seconds since 1970."""
+_LATEST = 2.0**31
+"""From here on they are counted from an earlier year, as LabVIEW does [s]: the recording's beginning is not known."""
 _DEFAULT_START = datetime(2000, 1, 1, tzinfo=timezone.utc)
 _TO_AND_FRO = 0.2
 """Share of steps back in what is no time; one that steps back now and then was set so."""
@@ -93,7 +95,8 @@ def stamps_of(time: Array, path: Path, options: argparse.Namespace) -> Indices:
     if options.start_stamp is not None:
         origin, base = time[0], options.start_stamp
     else:
-        origin, base = 0.0, 0 if time[0] >= _ABSOLUTE else round(_DEFAULT_START.timestamp()) * NANOSECONDS
+        origin = 0.0 if time[0] < _LATEST else time[0]
+        base = 0 if _ABSOLUTE <= time[0] < _LATEST else round(_DEFAULT_START.timestamp()) * NANOSECONDS
     if not np.abs(time - origin).max() < 2**62 / NANOSECONDS:
         raise BagError(f"{path}: its times reach {np.abs(time).max():.3g} s: check --time and --time-unit")
     since = np.round((time - origin) * NANOSECONDS).astype(np.int64)

@@ -16,7 +16,7 @@ from cdp_ident.arrays import Array, Rows
 from cdp_ident.model.parameters import NOMINAL
 from cdp_ident.trial.kinematics import CUBIC_AT_CENTRE, local_motion
 from cdp_ident.trial.scales import Scales, sampling_step
-from cdp_ident.trial.weak_form import WINDOW, Functions, Motion, integrated
+from cdp_ident.trial.weak_form import WINDOW, Motion, integrated, window_weights
 
 COLUMNS = ("A23", "A33", "c1", "c2", "G1", "G2", "k1", "k2", "D", "E12", "E1", "E2", "M1", "M2")
 """The lumped numbers in their order."""
@@ -121,4 +121,5 @@ def _gain(time: Array, scales: Scales) -> float:
     beside = max(6, round((at[-1] + scales.half_width) / step) + 1)
     times = np.arange(-beside, beside + 1) * step
     _, slopes = local_motion(times, np.eye(len(times)), at, scales.half_width)
-    return float(np.sum((Functions.of(scales.spacing).slope @ slopes) ** 2))
+    _, slope = window_weights(scales.spacing)
+    return float(np.sum((slope @ slopes) ** 2))

@@ -54,13 +54,15 @@ def clean(samples: Samples, start: float = 0.0, stop: float = np.inf) -> Cleaned
     counted by it.
     """
     set_back = np.diff(samples.stamps) < 0
-    time, notes = evened(elapsed(samples.stamps), samples.angles, np.flatnonzero(set_back) + 1)
+    angles = samples.angles * (TURN / np.array(samples.turns))
+    time, notes = evened(elapsed(samples.stamps), angles, np.flatnonzero(set_back) + 1)
     first = np.concatenate([[True], (np.diff(time) > 0) | set_back])[: len(time)]
     if repeated := int(np.count_nonzero(~first)):
         notes.append(f"{repeated} samples with a stamp that was there already are dropped")
     chosen = first & (time >= start) & (time <= stop)
     kept, time = samples[chosen], time[chosen]
-    found = [outliers(time - time[0], angle, TURN) for angle in kept.angles.T] if len(time) else [chosen, chosen]
+    joints = zip(kept.angles.T, samples.turns, strict=True)
+    found = [outliers(time - time[0], angle, turn) for angle, turn in joints] if len(time) else [chosen, chosen]
     return Cleaned(kept, time, np.logical_or(*found), tuple(notes))
 
 
@@ -92,6 +94,5 @@ def cut_at_gaps(cleaned: Cleaned, longest_gap: float) -> tuple[list[Piece], list
     for chosen in np.split(kept, np.unique(np.concatenate([long, steps]))):
         between = np.setdiff1d(np.arange(chosen[0], chosen[-1]), chosen)
         measured, left_out = samples[chosen], tuple(times[between].tolist())
-        angles = np.asarray(np.unwrap(measured.angles, axis=0))
-        pieces.append(Piece(times[chosen], angles, measured.cart, measured.torques, left_out))
+        pieces.append(Piece(times[chosen], measured.unwrapped, measured.cart, measured.torques, left_out))
     return pieces, notes

@@ -8,7 +8,7 @@ not change the residual but the signs: gravity would act upwards, or the rods' c
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 
@@ -31,21 +31,6 @@ from cdp_ident.trial.other_motions import may_be_rods, still_joint, too_far, unc
 
 _LOOKED_AT = 0.005
 """Unexplained share from which it is looked whether readings are two or four times the angles."""
-_SETTINGS = (
-    "inner_joint",
-    "outer_joint",
-    "inner_unit",
-    "outer_unit",
-    "outer_angle",
-    "outer_sign",
-    "zero",
-    "inner_offset",
-    "outer_offset",
-    "inner_scale",
-    "outer_scale",
-    "scale_from",
-)
-"""What meanings of the angles differ in."""
 _OPPOSITE: Mapping[Zero, Zero] = {"upright": "hanging", "hanging": "upright"}
 _CLEAR = 0.01
 """Least coupling, and least ratio of the rods' gravity terms, that are more than an error of the fit."""
@@ -109,13 +94,19 @@ def _contradiction(recorded: Recorded, given: Balance, best: Balance) -> str:
 
 def _others(recorded: Recorded, options: TrialOptions, least: float) -> Iterator[Balance | None]:
     """Yield the balances with readings over a factor and, where much is left, with other zeros and joints exchanged."""
-    from_zero = options.all_settable and options.zero == "upright" and options.scale_from == "hanging"
+    from_zero = options.zero == "upright" and options.scale_from == "hanging"
     yield best_scale(recorded, options, any_factor=least > GOOD, from_zero=from_zero)
     if least > GOOD:
         moved = with_other_zeros(recorded, outer_meanings(recorded, options))
         yield best_of(other for other in moved if other.lumped.is_mechanism and may_be_rods(other.lumped))
         turned = replace(options, inner_joint=options.outer_joint, outer_joint=options.inner_joint)
         yield best_of(other for other in outer_meanings(exchanged(recorded), turned) if may_be_rods(other.lumped))
+    if least > GOOD and options.all_settable and any(np.any(motion.cart) for motion in recorded.motions):
+        still = [
+            replace(motion, cart=0.0 * motion.cart, cart_velocity=0.0 * motion.cart) for motion in recorded.motions
+        ]
+        free = balance_of(replace(recorded, motions=tuple(still)), replace(options, cart_joint=""))
+        yield free if free and may_be_rods(free.lumped) else None
 
 
 def _impossible(given: Balance) -> str:
@@ -174,9 +165,10 @@ def _changes(options: TrialOptions, other: Balance) -> str:
     meaning, turned = other.meaning, other.lumped.turned
     if turned == "both":
         meaning = replace(meaning, zero=_OPPOSITE[meaning.zero])
-    values = {name: value for name in _SETTINGS if (value := getattr(meaning, name)) != getattr(options, name)}
+    names = [field.name for field in fields(options)]
+    values = {name: value for name in names if (value := getattr(meaning, name)) != getattr(options, name)}
     shown = {name: f"{value:.4g}" if isinstance(value, float) else value for name, value in values.items()}
-    settings = [options.setting(name, value) for name, value in shown.items()]
+    settings = [options.setting(name, value or "''") for name, value in shown.items()]
     if turned in ("inner", "outer"):
         settings.append(f"the {turned} joint's zero half a turn on")
     return " and ".join(settings)
@@ -195,6 +187,8 @@ def _other_words(options: TrialOptions, other: TrialOptions) -> str:
     """Say what is wrong: which joint is which, the zeros, or the factor by which readings are larger than angles."""
     if options.inner_joint != other.inner_joint:
         return "the joints are exchanged"
+    if options.cart_joint != other.cart_joint:
+        return "the cart's readings are no metres"
     if (options.inner_offset, options.outer_offset) != (other.inner_offset, other.outer_offset):
         return "the joints' zeros are elsewhere"
     factors = {

@@ -88,23 +88,19 @@ def best_scale(recorded: Recorded, options: TrialOptions, *, any_factor: bool, f
     apart = max(1, sum(map(np.count_nonzero, recorded.moving)) // _ENOUGH)
     some = replace(recorded, moving=tuple(mask & (np.arange(len(mask)) % apart == 0) for mask in recorded.moving))
 
-    def left(meaning: TrialOptions) -> float:
-        return _left(_possible(balance_of(some, meaning)))
-
     def least(base: TrialOptions) -> tuple[float, Joints, float]:
-        return least_misfit(lambda joints, logarithm: left(scaled(base, joints, logarithm)))
+        return least_misfit(lambda joints, log: _left(_possible(balance_of(some, scaled(base, joints, log)))))
 
     bases = [options, replace(options, scale_from="zero")] if from_zero else [options]
     likely = [scaled(base, joints, log) for base in bases for joints in _TOGETHER for log in np.log(_LIKELY)]
-    least_left, best = min(((left(other), other) for other in likely), key=lambda found: found[0])
-    if least_left > min(_FAR_LESS * _left(balance_of(some, options)), _EXPLAINED):
-        if not any_factor:
-            return None
-        (_, joints, logarithm), base = min(((least(base), base) for base in bases), key=lambda found: found[0][0])
-        if abs(logarithm) <= _NEAREST:
-            return None
-        best = scaled(base, joints, logarithm)
-    return _possible(balance_of(recorded, best))
+    most = min(_FAR_LESS * _left(balance_of(some, options)), _EXPLAINED)
+    tried = [other for meaning in likely if _left(other := _possible(balance_of(some, meaning))) <= most and other]
+    if best := min(tried, key=lambda other: other.lumped.misfit, default=None):
+        return _possible(balance_of(recorded, best.meaning))
+    if not any_factor:
+        return None
+    (_, joints, logarithm), base = min(((least(base), base) for base in bases), key=lambda found: found[0][0])
+    return _possible(balance_of(recorded, scaled(base, joints, logarithm))) if abs(logarithm) > _NEAREST else None
 
 
 def _possible(balance: Balance | None) -> Balance | None:

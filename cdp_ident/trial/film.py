@@ -193,10 +193,9 @@ def _exchanged(points: Array, seen: Mask, length: float, tolerance: float) -> tu
     lost = seen & ~as_is & ~other_way
     last = None
     order = np.flatnonzero(seen & ~lost)
-    certain = [i for i in order if as_is[i] != other_way[i]]
-    if certain and as_is[order[0]] and other_way[order[0]]:
-        # Before the first frame that is certain, go backwards from it.
-        order = np.concatenate([order[order <= certain[0]][::-1], order[order >= certain[0]]])
+    # Before the first frame that is certain, go backwards from it.
+    first = order[np.argmax(as_is[order] != other_way[order])] if len(order) else 0
+    order = np.concatenate([order[order <= first][::-1], order[order > first]])
     for i in order:
         markers = points[i, 1:]
         if as_is[i] and other_way[i] and last is not None:

@@ -19,7 +19,7 @@ from cdp_ident.trial.other_motions import driven
 from cdp_ident.trial.outliers import outlier_words
 from cdp_ident.trial.recorded_motion import recorded_motion
 from cdp_ident.trial.trial import Trial, joined
-from cdp_ident.trial.units import degrees_found
+from cdp_ident.trial.units import smaller_units_found
 from cdp_ident.trial.weak_form import WINDOW, Motion
 from cdp_ident.trial.zero_input import Part, at_rest, cart_driven, choose_parts, covering, find_parts, moving_windows
 
@@ -49,12 +49,12 @@ def find_trial(samples: Samples, options: TrialOptions) -> Found:
         TrialError: the data contradict the conventions, there is no motion long enough, or a hand led the rods up and
             they swing too shortly to tell it from free motion.
     """
-    in_degrees = degrees_found(samples, options)
-    if in_degrees and options.conventions == "refuse":
-        raise TrialError(f"{in_degrees}; {options.insist}")
+    other_units = smaller_units_found(samples, options)
+    if other_units and options.conventions == "refuse":
+        raise TrialError(f"{other_units}; {options.insist}")
     recorded = recorded_motion(samples, options)
-    if in_degrees:
-        recorded = replace(recorded, notes=(*recorded.notes, in_degrees))
+    if other_units:
+        recorded = replace(recorded, notes=(*recorded.notes, other_units))
     by_motors, gains = driven(recorded, options)
     if options.input != "auto":
         return _found(recorded, by_motors, gains, options)

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """From a bag's joints to the model's: which column is which, and the conventions of the numbers."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -11,7 +11,7 @@ from cdp_ident.arrays import Array, Indices, Mask, Rows, Times
 from cdp_ident.bag.joint_recording import JointRecording
 from cdp_ident.errors import TrialError
 from cdp_ident.trial.options import UNITS, TrialOptions
-from cdp_ident.trial.order import elapsed, in_order
+from cdp_ident.trial.order import elapsed, in_order, recorded_again
 from cdp_ident.trial.outliers import TURN, outlier_words, outliers
 from cdp_ident.trial.readings import check_publishers, continuous, new_readings, still_publisher
 
@@ -37,6 +37,14 @@ class Samples(Rows):
     """(n, 2) torque of a motor in each joint, as measured or commanded; None where none is known."""
     ranges: tuple[float, float] = (0.0, 0.0)
     """Of counters of a few bits, which angles are known up to; 0 for a joint that has none [its unit]."""
+    turns: tuple[float, float] = (TURN, TURN)
+    """By how much each joint's readings change in a full turn [its unit]."""
+
+    @property
+    def unwrapped(self) -> Array:
+        """(n, 2) the angles, without what looks like full turns from one sample to the next."""
+        joints = zip(self.angles.T, self.turns, strict=True)
+        return np.column_stack([np.unwrap(angle, period=turn) for angle, turn in joints])
 
 
 def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Samples, list[str]]:
@@ -52,10 +60,15 @@ def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Sam
             f"topic {recording.topic} has no joint {' and no joint '.join(missing)}; it has {there}: "
             "name the joints by inner_joint and outer_joint"
         )
-    order, notes = in_order(recording.stamps)
+    again = recorded_again(recording.stamps, recording.positions)
+    recording = recording[~again]
+    columns = [recording.joints.index(joint) for joint in wanted]
+    order, notes = in_order(recording.stamps, np.isfinite(recording.positions[:, columns]))
+    if np.any(again):
+        notes.append(f"{np.count_nonzero(again)} samples that are recorded twice count once")
     stamps, positions = recording.stamps[order], recording.positions[order]
     time = elapsed(stamps)
-    readings = positions[:, [recording.joints.index(joint) for joint in wanted]]
+    readings = positions[:, columns]
     known = _usable(readings)
     both = np.flatnonzero(known.all(axis=1))
     lacking = len(known) - len(both)
@@ -67,7 +80,8 @@ def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Sam
     for place, (joint, column, has) in enumerate(zip(wanted, readings.T, known.T, strict=True)):
         column[has], ranges[place], wrapped = continuous(column[has])
         notes += [f"readings of {joint} {what}" for what in (repeated[place], wrapped) if what]
-    rows, angles, note = _at_common_times(time, readings, new)
+    turns = TURN * np.array([options.inner_scale, options.outer_scale]) / in_radians(np.ones((1, 2)), options)[0]
+    rows, angles, note = _at_common_times(time, readings, new, turns)
     notes += [note] if note else []
     if lacking and not note:
         notes.append(f"{lacking} of {len(known)} samples have no usable number for both rods and are dropped")
@@ -95,12 +109,15 @@ def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Sam
         notes.append(f"there is no joint {options.cart_joint}: the cart is taken to be at rest")
     torques: Array = np.zeros((len(rows), 2))
     if recording.efforts is not None:
-        efforts = recording.efforts[order][:, [recording.joints.index(joint) for joint in wanted]]
+        efforts = recording.efforts[order][:, columns]
         torques = np.column_stack([_held(time[rows], time, effort) for effort in efforts.T])
-    return Samples(stamps[rows], angles, cart, torques if np.any(torques) else None, (ranges[0], ranges[1])), notes
+    found = Samples(
+        stamps[rows], angles, cart, torques if np.any(torques) else None, (ranges[0], ranges[1]), (turns[0], turns[1])
+    )
+    return found, notes
 
 
-def _at_common_times(time: Array, readings: Array, known: Mask) -> tuple[Indices, Array, str]:
+def _at_common_times(time: Array, readings: Array, known: Mask, turns: Array) -> tuple[Indices, Array, str]:
     """Return the rows in which both joints have a reading, their readings (m, 2), and in words how they have one.
 
     Where most rows lack one joint, the readings of the joint that is measured more often are taken at the times of the
@@ -110,6 +127,7 @@ def _at_common_times(time: Array, readings: Array, known: Mask) -> tuple[Indices
         time: (n,) of the rows, ascending [s].
         readings: (n, 2) of the inner and outer joint.
         known: (n, 2) which are readings.
+        turns: (2,) what they change by in a full turn.
     """
     both = np.flatnonzero(known.all(axis=1))
     counts = np.count_nonzero(known, axis=0)
@@ -119,8 +137,8 @@ def _at_common_times(time: Array, readings: Array, known: Mask) -> tuple[Indices
     rows = np.flatnonzero(known[:, slow])
     of_other = np.flatnonzero(known[:, 1 - slow])
     times, first = np.unique(time[of_other], return_index=True)
-    values = np.asarray(np.unwrap(readings[of_other[first], 1 - slow]))
-    good = ~outliers(times, values, TURN)
+    values = np.asarray(np.unwrap(readings[of_other[first], 1 - slow], period=turns[1 - slow]))
+    good = ~outliers(times, values, turns[1 - slow])
     there, between = _between(times[good], values[good], time[rows])
     found = readings[rows[there]]
     found[:, 1 - slow] = between[there]
@@ -146,6 +164,13 @@ def _held(at: Array, time: Array, values: Array) -> Array:
     """Return values (n,) at some times by straight lines between those that are usable; zero where none is."""
     known = _usable(values)
     return np.interp(at, time[known], values[known]) if np.any(known) else np.zeros(len(at))
+
+
+def in_angles(samples: Samples, options: TrialOptions) -> Samples:
+    """Return samples in radians."""
+    ranges = in_radians(np.array([samples.ranges]), options)[0]
+    turns = TURN * options.inner_scale, TURN * options.outer_scale
+    return replace(samples, angles=in_radians(samples.angles, options), ranges=tuple(ranges), turns=turns)
 
 
 def in_radians(readings: Array, options: TrialOptions) -> Array:

@@ -30,6 +30,8 @@ _LARGEST_OFFSET = 0.3
 _INDEPENDENT = 5
 """Neighbouring windows overlap: so many count as one independent window."""
 _SIGMAS = 3.0
+_NEGLECTED = 1e-3
+"""Share of the acceleration that the grid and the smoothing leave without any noise."""
 _SINGULAR = 1e-12
 _REGULAR = 1e-9
 """Determinant of a correlation matrix above which it is solved directly: over e it is below the least eigenvalue."""
@@ -54,6 +56,8 @@ class Lumped:
     """
     unexplained: float
     """Share of the inner rod's acceleration (rms) in the windows fitted to that is not explained, by noise neither."""
+    misfit: float
+    """What is left there over what noise leaves, squared, for comparing meanings of the angles: each has its noise."""
     spread: float
     """Median of the unexplained `torques` of those windows."""
     covariance: Array
@@ -127,10 +131,11 @@ def fit_lumped(balance: Windows, trusted: Mask, is_driven: bool = False) -> Lump
     sums = _Sums.of(fitted)
     values = _physical(sums, motors)
     left = float(np.sum(_squares(fitted, values)))
-    explained = max(left - float(np.sum(_noise(fitted, values))), 0.0)
-    unexplained = np.sqrt(explained / sums.of_target) if sums.of_target > 0 else np.inf
+    noise = float(np.sum(_noise(fitted, values)))
+    unexplained = np.sqrt(max(left - noise, 0.0) / sums.of_target) if sums.of_target > 0 else np.inf
+    misfit = left / (noise + _NEGLECTED**2 * sums.of_target + np.finfo(float).tiny)
     spread = float(np.median(torques(fitted, values)))
-    return Lumped(values, float(unexplained), spread, _covariance(sums, left / max(1, 2 * len(fitted)), motors))
+    return Lumped(values, float(unexplained), misfit, spread, _covariance(sums, left / max(1, 2 * len(fitted)), motors))
 
 
 def explained(balance: Windows, columns: Sequence[int]) -> tuple[Array, float]:

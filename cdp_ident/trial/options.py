@@ -11,12 +11,15 @@ from cdp_ident.errors import OptionError
 OuterAngle = Literal["relative", "absolute"]
 Zero = Literal["upright", "hanging"]
 Time = Literal["auto", "stamps", "receipt"]
-Unit = Literal["radians", "degrees", "turns"]
+Unit = Literal["radians", "degrees", "gradians", "milliradians", "turns"]
 ScaleFrom = Literal["hanging", "zero"]
 Conventions = Literal["refuse", "warn"]
 Input = Literal["auto", "none", "cart", "joints"]
 
-UNITS: dict[Unit, float] = {"radians": 1.0, "degrees": math.pi / 180, "turns": 2.0 * math.pi}
+UNITS: dict[Unit, float] = {
+    **{"radians": 1.0, "degrees": math.pi / 180, "gradians": math.pi / 200, "milliradians": 1e-3},
+    "turns": 2.0 * math.pi,
+}
 """Of readings [rad]."""
 
 
@@ -41,6 +44,10 @@ class TrialOptions:
     input: Input = "auto"
     """What drives the motion that is taken: nothing, the measured cart, or motors in the joints; auto: nothing, or
     where no motion is free for long what drives most of it. Efforts of motors are in [N m]."""
+    inner_unit: Unit = "radians"
+    """Unit of the inner joint's readings."""
+    outer_unit: Unit = "radians"
+    """Unit of the outer joint's readings."""
     outer_angle: OuterAngle = "relative"
     """Whether the outer joint's position is the angle relative to the inner rod, or absolute."""
     zero: Zero = "upright"
@@ -49,10 +56,6 @@ class TrialOptions:
     """1 if the inner joint counts positive towards the cart's +x, -1 if the other way."""
     outer_sign: int = 1
     """1 if the outer joint counts positive towards the cart's +x, -1 if the other way."""
-    inner_unit: Unit = "radians"
-    """Unit of the inner joint's readings."""
-    outer_unit: Unit = "radians"
-    """Unit of the outer joint's readings."""
     inner_offset: float = 0.0
     """What is added to the inner joint's angle, where its zero is neither upright nor hanging [rad]."""
     outer_offset: float = 0.0
@@ -110,7 +113,7 @@ class TrialOptions:
     insist: ClassVar[str] = "conventions: warn takes the data all the same"
     """How the user gets his way."""
     all_settable: ClassVar[bool] = True
-    """Whether the user can set units and `scale_from`, too."""
+    """Whether the user can set units and the cart's joint, too."""
 
     def called(self, option: str) -> str:
         """Return how the user writes an option: here, as a key of a parameter file."""

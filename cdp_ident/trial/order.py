@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cdp_ident.arrays import Array, Indices
+from cdp_ident.arrays import Array, Indices, Mask
 
 _CLOCK_STEP = 5
 """So many samples in a row that go on from an earlier time mean that the clock was set back."""
@@ -39,24 +39,64 @@ class _Run(NamedTuple):
         return self.last - self.first >= _CLOCK_STEP
 
 
-def in_order(stamps: Indices) -> tuple[Indices, list[str]]:
+def in_order(stamps: Indices, known: Mask | None = None) -> tuple[Indices, list[str]]:
     """Return the samples that are used, in the order of time, and what there is to say about it.
 
     Samples that were stored late, whose stamps lie among those of others or fill a gap between them, are put there.
     Where samples go on from an earlier time instead, the clock was set back: they follow with stamps that are earlier.
-    A few that are far from all others, and after which time goes on as before, are dropped.
+    A few that are far from all others, and after which time goes on as before, are dropped. Messages of other joints
+    are no samples between: these may be stored at other times, as topic after topic.
 
     Args:
         stamps: (n,) as they are stored [ns].
+        known: (n, 2) which joint each has a reading of.
     """
+    everything = np.arange(len(stamps))
+    if np.all(np.diff(stamps) >= 0):
+        return everything, []
+    joints = np.zeros(len(stamps)) if known is None else known @ [1, 2]
+    alike = [np.flatnonzero(joints == of) for of in np.unique(joints)]
+    found = [_parts(stamps, rows) for rows in alike]
+    if len({len(parts) for parts, _ in found}) > 1:
+        found = [_parts(stamps, everything)]
+    together = [np.concatenate(parts) for parts in zip(*(parts for parts, _ in found), strict=True)]
+    order = np.concatenate([part[np.argsort(stamps[part], kind="stable")] for part in together])
+    late = sum(
+        np.count_nonzero(stamps[part] < np.maximum.accumulate(stamps[part])) for parts, _ in found for part in parts
+    )
+    notes = [f"{late} samples that were stored late are put where their stamps belong"] if late else []
+    if dropped := sum(dropped for _, dropped in found):
+        notes.append(f"{dropped} samples with stamps far from those before and after them are dropped")
+    return order, notes
+
+
+def recorded_again(stamps: Indices, readings: Array) -> Mask:
+    """Return which samples (n,) were there already, with the same stamp and readings, before others: of two recorders.
+
+    Those that follow at once may be readings at rest, of a clock that is coarse.
+    """
+    again = np.zeros(len(stamps), dtype=bool)
+    if np.all(np.diff(stamps) >= 0):
+        return again
+    begins = np.diff(stamps, prepend=stamps[:1] - 1) != 0
+    values, counts = np.unique(stamps[begins], return_counts=True)
+    some = np.flatnonzero(np.isin(stamps, values[counts > 1]))
+    rows = np.column_stack([stamps[some], readings[some].view(np.int64)])
+    _, first, which = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    others = np.cumsum(begins)[some]
+    again[some] = others != others[first[which.ravel()]]
+    return again
+
+
+def _parts(stamps: Indices, rows: Indices) -> tuple[list[Indices], int]:
+    """Return the parts of some rows between which the clock was set back, each as stored, and how many are dropped."""
+    stamps = stamps[rows]
     steps = np.diff(stamps)
-    if np.all(steps >= 0):
-        return np.arange(len(stamps)), []
-    near = _NEAR * int(np.median(np.abs(steps)))
+    near = _NEAR * int(np.median(np.abs(steps))) if len(steps) else 0
     cuts = [0, *(np.flatnonzero((steps < 0) | (steps > near)) + 1).tolist(), len(stamps)]
     if len(cuts) > _MOST_RUNS:
-        return np.argsort(stamps, kind="stable"), ["the samples are stored in no order: they are put in that of stamps"]
-    runs = [_Run(int(stamps[a]), int(stamps[b - 1]), a, b) for a, b in pairwise(cuts) if b > a]
+        return [rows], 0
+    runs = [_Run(int(stamps[a]), int(stamps[b - 1]), a, b) for a, b in pairwise(cuts)]
     parts: list[list[_Run]] = [[]]
     dropped = 0
     for number, run in enumerate(runs):
@@ -69,16 +109,8 @@ def in_order(stamps: Indices) -> tuple[Indices, list[str]]:
             dropped += run.last - run.first
         else:
             parts.append([run])
-    chosen = [
-        np.concatenate([np.arange(run.first, run.last) for run in sorted(part, key=lambda run: run.first)])
-        for part in _put_together(parts, near)
-    ]
-    late = sum(np.count_nonzero(stamps[part] < np.maximum.accumulate(stamps[part])) for part in chosen)
-    order = np.concatenate([part[np.argsort(stamps[part], kind="stable")] for part in chosen])
-    notes = [f"{late} samples that were stored late are put where their stamps belong"] if late else []
-    if dropped:
-        notes.append(f"{dropped} samples with stamps far from those before and after them are dropped")
-    return order, notes
+    stored = (sorted(part, key=lambda run: run.first) for part in _put_together(parts, near))
+    return [rows[np.concatenate([np.arange(run.first, run.last) for run in part])] for part in stored], dropped
 
 
 def elapsed(stamps: Indices) -> Array:

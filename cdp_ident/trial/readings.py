@@ -13,6 +13,8 @@ _FAST = 3.5
 _FEWEST = 20
 _REPEATED, _STEPS = 1.05, 100.0
 """Mean numbers of equal readings in fast motion between which they are repetitions; beyond, they are no angle's."""
+_LONGEST_LINE, _STRAIGHT, _MOVING = 20, 0.05, 0.2
+"""Readings of a line between two at most, and how much less it bends, in which share of the greatest speed."""
 _ALIKE = 1.05
 """Joints of which one repeats no more often than the other by this factor are read together."""
 _JUMP = 0.5
@@ -42,8 +44,8 @@ def new_readings(readings: Array, known: Mask) -> tuple[Mask, list[str]]:
     """Return which of the `known` readings of joints (n, k) are measured anew (n, k), and of each in words why not all.
 
     An encoder that is read less often than it is published, or a film's repeated frame, gives the same reading again
-    in the midst of fast motion. At rest, where readings are the same anyway, as many are kept as in motion. Joints that
-    are read together are new together.
+    in the midst of fast motion; who makes one rate of several puts straight lines between. At rest, where readings are
+    the same anyway, as many are kept as in motion. Joints that are read together are new together.
     """
     columns = [column[has] for column, has in zip(readings.T, known.T, strict=True)]
     changed = [np.flatnonzero(np.diff(column)) + 1 for column in columns]
@@ -58,8 +60,31 @@ def new_readings(readings: Array, known: Mask) -> tuple[Mask, list[str]]:
             left_out = np.count_nonzero(~kept)
             notes.append(f"repeat {times:.2g} times in motion: {left_out} repetitions are left out")
         else:
-            notes.append("")
+            every, first = _made_up(column)
+            has[has] = np.arange(len(column)) % every == first
+            said = f"lie on straight lines between one in {every}: the others are no measurements, and left out"
+            notes.append(said if every > 1 else "")
     return new, notes
+
+
+def _made_up(readings: Array) -> tuple[int, int]:
+    """Return one in how many readings (n,) is measured where those between lie on straight lines, and the first one.
+
+    Motion is bent between all measurements alike.
+    """
+    steps = np.abs(np.diff(readings))
+    moving = steps[1:] > _MOVING * (np.quantile(steps, 0.99) if len(steps) else 0.0)
+    if np.count_nonzero(moving) < _LONGEST_LINE * _FEWEST:
+        return 1, 0
+    bend = np.where(moving, np.abs(np.diff(readings, 2)), 0.0)
+    lines = np.arange(_LONGEST_LINE, 1, -1)
+    for every, usual in zip(lines.tolist(), np.quantile(bend[moving], 1.0 - 0.5 / lines), strict=True):
+        # Jumps, as over gaps, bend no more than usual.
+        bends = np.sum(np.minimum(bend[: len(bend) // every * every], usual).reshape(-1, every), axis=0)
+        sharp = int(np.argmax(bends))
+        if np.max(np.delete(bends, sharp)) < _STRAIGHT * bends[sharp]:
+            return every, (sharp + 1) % every
+    return 1, 0
 
 
 def _repeats(readings: Array, changes: Indices) -> float:
@@ -86,7 +111,7 @@ def continuous(readings: Array) -> tuple[Array, float, str]:
     """Return readings (n,) without the jumps of a counter of a few bits or of degrees, and in words what was found.
 
     The second value is the counter's range, 0 where there is none: from which of its ranges it began is not known.
-    Readings that go on after a full turn of 2 pi are left as they are.
+    Readings that go on after a full turn of 2 pi are continued without a word.
     """
     steps = np.diff(readings)
     if len(steps) <= _STAYS:
@@ -102,7 +127,7 @@ def continuous(readings: Array) -> tuple[Array, float, str]:
     size = float(np.median(sizes))
     turns = size / (2.0 * np.pi)
     if round(turns) and abs(turns - round(turns)) < _LIKE:
-        return readings, 0.0, ""
+        return np.asarray(np.unwrap(readings)), 0.0, ""
     if abs(size / 360.0 - 1.0) < _LIKE:
         return np.asarray(np.unwrap(readings, period=360.0)), 0.0, "wrap after 360"
     step = encoder_step(readings) or 1.0

@@ -2,26 +2,26 @@
 # SPDX-License-Identifier: Apache-2.0
 """The motion in a recording, before anything is known of what its angles mean."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from cdp_ident.errors import TrialError
 from cdp_ident.trial.balance import motion_on_grid
 from cdp_ident.trial.cleaning import Piece, clean, cut_at_gaps
-from cdp_ident.trial.joints import Samples, in_radians, model_angles
+from cdp_ident.trial.joints import Samples, in_angles, model_angles
 from cdp_ident.trial.meaning import Recorded
 from cdp_ident.trial.options import TrialOptions
-from cdp_ident.trial.scales import Scales
+from cdp_ident.trial.scales import Scales, sampling_step
 from cdp_ident.trial.zero_input import moving_windows
 
+_FASTEST, _SAMPLED = 0.02, 0.5
+"""Time scale of a rig of 4 mm [s], and the share of a recording in which samples follow one another as usual."""
 _FEWEST_SAMPLES = 4
 """Samples in one unit of the motion's time scale below which its velocities cannot be estimated."""
 
 
 def recorded_motion(samples: Samples, options: TrialOptions) -> Recorded:
     """Return the motion in samples. Raises TrialError where no piece of them is long enough."""
-    samples = replace(samples, angles=in_radians(samples.angles, options))
+    samples = in_angles(samples, options)
     cleaned = clean(samples, options.start, options.stop)
     if not len(cleaned.time):
         limits = {name: at for name in ("start", "stop") if np.isfinite(at := getattr(options, name))}
@@ -29,6 +29,12 @@ def recorded_motion(samples: Samples, options: TrialOptions) -> Recorded:
         raise TrialError(f"no sample lies within {asked}: the recording has {clean(samples).time[-1]:.2f} s")
     taken, time = cleaned.samples[~cleaned.outlier], cleaned.time[~cleaned.outlier]
     scales = Scales.of(time - time[0], model_angles(taken.angles, options))
+    step = sampling_step(time)
+    if scales.unit < _FASTEST and step * len(time) < _SAMPLED * (time[-1] - time[0]):
+        raise TrialError(
+            f"half of the samples are less than {1e3 * step:.2g} ms after the one before, and nothing swings so fast: "
+            "are they stamped in bursts?"
+        )
     longest_gap, shortest = options.longest_gap or scales.longest_gap, options.shortest or scales.shortest
     pieces, gaps = cut_at_gaps(cleaned, longest_gap)
     notes = [*cleaned.notes, *gaps]

@@ -74,37 +74,22 @@ class Motion:
         return np.asarray(erf(np.diff(self.rates, axis=1, prepend=0.0) / (math.sqrt(2.0) * self.scales.slow)))
 
 
-@dataclass(frozen=True)
-class Functions:
-    """Test functions (1 - x^2)^3 of one width, in windows all over a motion."""
+def window_weights(spacing: float, half: int = WINDOW // 2) -> tuple[Array, Array]:
+    """Return the weights (2 half + 1,) that integrate a value, and those that integrate a derivative by parts [1/s].
 
-    value: Array
-    """(2 half + 1,) weights that integrate a value against the test function, which integrates to one."""
-    slope: Array
-    """(2 half + 1,) weights that integrate a derivative against it, by parts [1/s]."""
-    stride: int = 1
-    """Grid points between the centres of neighbouring windows."""
+    The test function is (1 - x^2)^3, which integrates to one, on a grid of a spacing [s].
+    """
+    x = np.linspace(-1.0, 1.0, 2 * half + 1)
+    bump = (1.0 - x**2) ** 3
+    slope = 6.0 * x * (1.0 - x**2) ** 2 / (half * spacing)
+    return bump / bump.sum(), slope / bump.sum()
 
-    @classmethod
-    def of(cls, spacing: float, stride: int = 1, half: int = WINDOW // 2) -> "Functions":
-        """Lay out windows of so many grid points on either side of their centre, on a grid of a spacing [s]."""
-        x = np.linspace(-1.0, 1.0, 2 * half + 1)
-        bump = (1.0 - x**2) ** 3
-        slope = 6.0 * x * (1.0 - x**2) ** 2 / (half * spacing)
-        return cls(bump / bump.sum(), slope / bump.sum(), stride)
 
-    def values_of(self, series: Array) -> Array:
-        """Return a series (m,) integrated over each window (windows,)."""
-        return self._apply(series, self.value)
-
-    def slopes_of(self, series: Array) -> Array:
-        """Return the derivative of a series (m,) integrated over each window (windows,) [1/s]."""
-        return self._apply(series, self.slope)
-
-    def _apply(self, series: Array, weights: Array) -> Array:
-        if len(series) < len(weights):
-            return np.zeros(0)
-        return np.asarray(np.lib.stride_tricks.sliding_window_view(series, len(weights))[:: self.stride] @ weights)
+def over_windows(series: Array, weights: Array, stride: int = 1) -> Array:
+    """Return the integral of a series (m,) with some weights over windows (windows,) a stride of grid points apart."""
+    if len(series) < len(weights):
+        return np.zeros(0)
+    return np.asarray(np.lib.stride_tricks.sliding_window_view(series, len(weights))[::stride] @ weights)
 
 
 def integrated(motion: Motion, gravity: float, columns: Sequence[str], stride: int = 1) -> tuple[Array, Array]:
@@ -119,15 +104,16 @@ def integrated(motion: Motion, gravity: float, columns: Sequence[str], stride: i
     Returns:
         What the lumped numbers are multiplied by (windows, 2, columns), and the uncertainty, 0 to 1, (windows, 2).
     """
-    functions, terms = Functions.of(motion.scales.spacing, stride), _terms(motion, gravity)
-    uncertain = np.column_stack([functions.values_of(1.0 - np.abs(of_joint)) for of_joint in motion.directions.T])
+    value, slope = window_weights(motion.scales.spacing)
+    terms, slack = _terms(motion, gravity), 1.0 - np.abs(motion.directions)
+    uncertain = np.column_stack([over_windows(of_joint, value, stride) for of_joint in slack.T])
     found = np.zeros((len(uncertain), 2, len(columns)))
     for place, name in enumerate(columns):
         for rod, (momentum, torque) in enumerate(terms.get(name, ())):
             if momentum is not None:
-                found[:, rod, place] += functions.slopes_of(momentum)
+                found[:, rod, place] += over_windows(momentum, slope, stride)
             if torque is not None:
-                found[:, rod, place] += functions.values_of(torque)
+                found[:, rod, place] += over_windows(torque, value, stride)
     return found, uncertain
 
 

@@ -232,3 +232,24 @@ def test_any_bytes_are_read_or_refused(tmp_path, content):
     except BagError:
         return
     assert all(len(row) == 2 for row in found)
+
+
+@pytest.mark.parametrize(
+    "before",
+    [
+        "scorer,DLC,DLC,DLC,DLC\nbodyparts,joint,joint,tip,tip\ncoords,x,y,x,y\n",
+        "frame,joint,,tip,\nframe,x,y,x,y\n",
+    ],
+)
+def test_titles_that_stand_twice_belong_to_what_stands_above(tmp_path, before):
+    found = table(tmp_path, f"{before}0,1,2,3,4\n1,1,2,3,5\n")
+    assert [title.text for title in found.titles[1:]] == ["joint x", "joint y", "tip x", "tip y"]
+
+
+def test_a_cell_with_a_spreadsheet_s_error_is_missing(tmp_path):
+    assert np.isnan(read(tmp_path, "t,a\n0,1\n1,#DIV/0!\n2,3\n")[1][1])
+
+
+def test_what_topic_echo_prints_is_told_behind_a_warning(tmp_path):
+    with pytest.raises(BagError, match="what `ros2 topic echo` prints"):
+        table(tmp_path, "A message was lost!!!\n---\nheader:\n  stamp:\n    sec: 1\n" * 9)

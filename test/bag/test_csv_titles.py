@@ -57,6 +57,7 @@ def test_titles_tell_what_columns_are(titles, found):
         ("time,tip x,tip y", []),
         ("time,first,second,velocity,motorCurrent", [1, 2]),
         ("stamp,alpha,beta", [1, 2]),
+        ("Time,Model Root/Encoder/phi1,Model Root/Encoder/phi2,Model Root/Motor/u", [1, 2]),
         ("t,position [m],angle,speed", [2]),
         ("t,arm [rad],arm2 [rad],arm [rad/s]", [1, 2]),
     ],

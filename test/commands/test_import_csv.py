@@ -11,6 +11,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from rosbags.highlevel import AnyReader
+from scipy.interpolate import CubicSpline
 from scipy.io import savemat
 
 from cdp_ident.bag.reader import read_joint_states
@@ -516,3 +517,58 @@ def test_a_file_of_matlab_is_refused_with_the_line_that_makes_it_a_table(tmp_pat
     (line,) = capsys.readouterr().err.splitlines()
     assert "is a file of MATLAB: there, `writematrix(" in line
     assert "scipy.io.loadmat" in line
+
+
+LABVIEW = (
+    "LabVIEW Measurement\t\nDate\t2024/05/31\n***End_of_Header***\t\n\t\nChannels\t2\t\t\nDelta_X\t0.005\t0.005\t\n"
+)
+ROWS = [(time, *angles) for time, angles in zip(TIME.tolist(), RELATIVE.tolist(), strict=True)]
+
+
+@pytest.mark.parametrize(
+    ("before", "row", "options"),
+    [
+        (f"{LABVIEW}X_Value\tinner\touter\tComment", "{0:.4f}\t{1:.7f}\t{2:.7f}\t", []),
+        (f"{LABVIEW}X_Value\tinner\touter\tComment", "\t{1:.7f}\t{2:.7f}\t", ["--rate", "200"]),
+        ("version,5\nname,t,inner,outer\ntrace_unit,s,rad,rad", "values,{0:.4f},{1:.7f},{2:.7f}", []),
+        ("12:00:00.1 -> rst:0x1\n12:00:00.2 -> t,inner,outer", "12:00:0{0:.4f} -> {0:.4f},{1:.7f},{2:.7f}", []),
+        ("Booting", "t:{0:.4f},inner:{1:.7f},outer:{2:.7f}", []),
+        ("", "t={0:.4f} inner={1:.7f} outer={2:.7f}", []),
+        ("", '{{"t": {0:.4f}, "inner": {1:.7f}, "outer": {2:.7f}}}', []),
+        ("Time,inner,outer", "{0:.4f} sec,{1:.7f} rad,{2:.7f} rad", []),
+        (",inner,outer", "0 days 00:00:0{0:.4f},{1:.7f},{2:.7f}", []),
+        ("Time,inner,Time,outer", "{0:.4f},{1:.7f},{0:.4f},{2:.7f}", []),
+        ("t [min],inner,outer", "{3:.9f},{1:.7f},{2:.7f}", []),
+        ("timestamp,inner,outer", "{4:.4f},{1:.7f},{2:.7f}", []),
+        ("t;inner;outer", "{0:.4f};{1:.7f};\u2212{5:.7f}", ["--outer-sign", "1"]),
+    ],
+)
+def test_what_tools_write_is_read_as_it_is(tmp_path, before, row, options):
+    lines = (row.format(*of, of[0] / 60.0, of[0] + 3.8e9, -of[2]).replace("\u2212-", "") for of in ROWS)
+    (tmp_path / "log.txt").write_text("\n".join([before, *lines, ""]))
+    assert main([str(tmp_path / "log.txt"), "--out", str(tmp_path / "bag"), *options]) == 0
+    found = read_joint_states(tmp_path / "bag", "joint_states")
+    assert (found.stamps - found.stamps[0]) * 1e-9 == pytest.approx(TIME, abs=1e-5)
+    assert found.positions == pytest.approx(RELATIVE, abs=1e-6)
+
+
+def test_angles_with_times_of_their_own_are_taken_at_common_times(tmp_path, capsys):
+    later = CubicSpline(TIME, RELATIVE[:, 1])(TIME + 0.002)
+    file = written(tmp_path, "Time,inner,Time,outer", TIME, RELATIVE[:, 0], TIME + 0.002, later)
+    assert main([file, "--out", str(tmp_path / "bag")]) == 0
+    assert "joints are measured at times of their own" in capsys.readouterr().out
+    found = read_joint_states(tmp_path / "bag", "joint_states")
+    at = (found.stamps - found.stamps[0]) * 1e-9
+    assert found.positions[1:-1] == pytest.approx(CubicSpline(TIME, RELATIVE)(at)[1:-1], abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("title", "columns", "cause"),
+    [
+        ("time,inner,outer", (TIME / 60, *RELATIVE.T), "joints 0.00011 m apart: check --time-unit"),
+        ("t,enc1,enc2", (TIME, *np.round(RELATIVE.T / (2 * np.pi) * 360 * 0.7)), "whole numbers .* --counts-per-turn"),
+    ],
+)
+def test_a_unit_that_makes_no_pendulum_is_asked_for(tmp_path, capsys, title, columns, cause):
+    assert main([written(tmp_path, title, *columns), "--out", str(tmp_path / "bag")]) == 2
+    assert re.search(cause, capsys.readouterr().err)

@@ -11,7 +11,7 @@ from cdp_ident.trial.conventions import check_conventions
 from cdp_ident.trial.find import find_trial
 from cdp_ident.trial.joints import Samples
 from cdp_ident.trial.meaning import Recorded
-from cdp_ident.trial.options import TrialOptions
+from cdp_ident.trial.options import UNITS, TrialOptions
 from cdp_ident.trial.zero_input import moving_windows
 
 
@@ -125,3 +125,18 @@ def test_a_joint_in_degrees_is_told_beside_one_that_turns_over(recording):
     samples = Samples(whirl.stamps(), whirl.joints() * [180.0 / np.pi, 1.0], None)
     with pytest.raises(TrialError, match="the inner joint is in degrees: inner_unit: degrees leaves"):
         find_trial(samples, TrialOptions())
+
+
+@pytest.mark.parametrize("unit", ["gradians", "milliradians"])
+def test_rarer_units_are_told_too(swing, unit):
+    factors = np.array([1.0, 1.0 / UNITS[unit]])
+    for of in (factors, factors[1]):
+        samples = Samples(swing.stamps(), swing.joints() * of, None)
+        with pytest.raises(TrialError, match=rf"in {unit}: .*outer_unit: {unit} leaves 0\.0%"):
+            find_trial(samples, TrialOptions())
+
+
+def test_a_cart_in_other_units_is_told_from_other_causes(swing):
+    counts = 20_000.0 + np.round(3.0 * np.sin(2e-9 * (swing.stamps() - swing.stamps()[0])))
+    with pytest.raises(TrialError, match=r"the cart's readings are no metres: cart_joint: '' leaves 0\.0%"):
+        find_trial(Samples(swing.stamps(), swing.joints(), counts), TrialOptions())

@@ -10,7 +10,7 @@ import pytest
 from cdp_ident.errors import TrialError
 from cdp_ident.trial.encoder_scale import least_misfit
 from cdp_ident.trial.find import find_trial
-from cdp_ident.trial.joints import Samples
+from cdp_ident.trial.joints import Samples, model_angles
 from cdp_ident.trial.options import TrialOptions
 
 
@@ -59,8 +59,12 @@ def test_turns_are_told(samples, joints):
         find_trial(wrong, TrialOptions())
 
 
-@pytest.mark.parametrize("per_radian", [1000.0, 4096 / (2 * np.pi), 18000 / np.pi])
+@pytest.mark.parametrize("per_radian", [4096 / (2 * np.pi), 18000 / np.pi])
 def test_readings_that_turn_too_far_are_in_another_unit(samples, per_radian):
+    set_right = TrialOptions(inner_scale=per_radian, outer_scale=per_radian, scale_from="zero")
+    counted = find_trial(Samples(samples.stamps, np.round(samples.angles * per_radian), None), set_right).trial
+    angles = model_angles(samples.angles, TrialOptions())[round(counted.start * 200) :]
+    assert counted.theta == pytest.approx(angles[: len(counted.time)], abs=0.01)
     for factors in ((per_radian, 1.0), (1.0, per_radian), (per_radian, per_radian)):
         counts = np.round(samples.angles * np.array(factors))
         with pytest.raises(TrialError, match="quarter of a turn from sample to sample: its readings are no radians"):

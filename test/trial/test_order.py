@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from cdp_ident.trial.order import counted_on, elapsed, in_order
+from cdp_ident.trial.order import counted_on, elapsed, in_order, recorded_again
 
 
 def ordered(stamps):
@@ -91,3 +91,27 @@ def test_a_clock_that_is_set_back_is_no_counter(back):
     time = np.arange(2600) * 0.005 + 1000.0
     time[1300:] -= back
     assert counted_on(time)[0] is time
+
+
+@pytest.mark.parametrize("back", [0, 100_000])
+def test_joints_stored_one_after_the_other_are_put_together_also_where_the_clock_was_set_back(back):
+    stamps = np.arange(0, 2000, 5)
+    stamps[200:] -= back
+    known = np.repeat([[True, False], [False, True]], 400, axis=0)
+    order, notes = in_order(np.concatenate([stamps, stamps + 1]), known)
+    assert np.array_equal(order, np.stack([np.arange(400), np.arange(400, 800)], axis=1).ravel())
+    assert notes == []
+
+
+def test_joints_that_come_in_bursts_one_after_the_other_are_put_together():
+    stamps = np.arange(0, 1000, 5)
+    stored = np.stack([stamps.reshape(20, 10), stamps.reshape(20, 10) + 1], axis=1).ravel()
+    known = np.tile(np.repeat([[True, False], [False, True]], 10, axis=0), (20, 1))
+    order, _ = in_order(stored, known)
+    assert np.array_equal(stored[order], np.sort(stored))
+
+
+def test_what_two_recorders_stored_counts_once_and_readings_at_rest_all():
+    stamps = np.array([0, 0, 5, 5, 10, 0, 5, 10, 15])
+    readings = np.array([1.0, 1.0, 2.0, 3.0, np.nan, 1.0, 2.5, np.nan, 4.0])
+    assert np.flatnonzero(recorded_again(stamps, readings[:, None])).tolist() == [5, 7]

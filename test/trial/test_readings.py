@@ -71,10 +71,24 @@ def test_degrees_that_wrap_are_continuous_and_full_turns_and_spikes_stay():
     assert note == "wrap after 360"
     spiked = SWING.copy()
     spiked[700] += 9.0
-    for readings in (SWING, spiked, (SWING + 3.0) % (2 * np.pi)):
+    for readings in (SWING, spiked):
         found, _, note = continuous(readings)
         assert found is readings
         assert note == ""
+    found, size, note = continuous((SWING + 3.0) % (2 * np.pi))
+    assert np.diff(found) == pytest.approx(np.diff(SWING))
+    assert (size, note) == (0.0, "")
+
+
+@pytest.mark.parametrize("every", [2, 4, 20])
+def test_what_lies_on_lines_between_measurements_is_none(every):
+    number = np.arange(len(MOTION))
+    between = np.column_stack([np.interp(number, number[1::every], angle[1::every]) for angle in MOTION.T])
+    new, notes = new_readings(between, np.ones_like(between, dtype=bool))
+    assert np.array_equal(np.flatnonzero(new[:, 0]), number[1::every])
+    assert f"between one in {every}: the others are no measurements" in notes[1]
+    for whole in (MOTION, np.delete(MOTION, np.s_[1200:1320], axis=0)):
+        assert np.all(new_readings(whole, np.ones_like(whole, dtype=bool))[0])
 
 
 @pytest.mark.parametrize("every", [1, 4])

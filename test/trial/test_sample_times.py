@@ -8,7 +8,10 @@ import numpy as np
 import pytest
 
 from cdp_ident.bag.joint_recording import JointRecording
+from cdp_ident.errors import TrialError
+from cdp_ident.trial.joints import Samples
 from cdp_ident.trial.options import TrialOptions
+from cdp_ident.trial.recorded_motion import recorded_motion
 from cdp_ident.trial.sample_times import evened, in_measured_time
 
 TRUE = np.arange(2000) * 0.005
@@ -152,3 +155,11 @@ def test_times_that_jitter_about_even_ones_are_made_even_where_samples_were_meas
 def test_gaps_and_rest_leave_times_as_they_are():
     for stamps, angles in ((TRUE + 3.0 * (TRUE > 4.0), SWING), (arrivals(0.016, 0.0), 0.0 * SWING)):
         assert evened(stamps, angles, NONE)[0] is stamps
+
+
+@pytest.mark.parametrize("together", [80, 500])
+def test_bursts_too_long_to_be_followed_are_told_as_bursts(together):
+    arrived = np.repeat(STAMPS[together - 1 :: together], together)
+    stamps = arrived + np.arange(len(arrived)) % together * 10_000
+    with pytest.raises(TrialError, match="nothing swings so fast: are they stamped in bursts"):
+        recorded_motion(Samples(stamps, SWING[: len(arrived)], None), TrialOptions())

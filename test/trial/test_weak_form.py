@@ -7,7 +7,7 @@ import pytest
 import sympy
 
 from cdp_ident.trial.scales import PER_UNIT, Scales
-from cdp_ident.trial.weak_form import WINDOW, Functions, Motion, integrated
+from cdp_ident.trial.weak_form import WINDOW, Motion, integrated, over_windows, window_weights
 from reference import own_units, pendulum
 from reference.own_units import Rig
 from reference.pendulum import TABLE_5, cart_position
@@ -96,18 +96,19 @@ def test_an_error_of_a_zero_is_what_a_small_turn_of_it_changes(states, of, by, e
 
 
 def test_a_derivative_is_integrated_by_parts():
-    functions = Functions.of(SPACING, half=50)
-    assert functions.slopes_of(np.sin(TIME)) == pytest.approx(functions.values_of(np.cos(TIME)), abs=1e-5)
-    assert functions.values_of(np.ones(200)) == pytest.approx(1.0)
+    value, slope = window_weights(SPACING, half=50)
+    by_parts = over_windows(np.sin(TIME), slope)
+    assert by_parts == pytest.approx(over_windows(np.cos(TIME), value), abs=1e-5)
+    assert over_windows(np.ones(200), value) == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize("stride", [1, 3, 100])
 @pytest.mark.parametrize("points", [0, WINDOW - 1, WINDOW, 97])
 def test_windows_lie_a_stride_apart_as_long_as_they_fit(points, stride):
-    functions = Functions.of(SPACING, stride)
+    value, _ = window_weights(SPACING)
     series = np.random.default_rng(0).normal(size=points)
-    directly = [series[first : first + WINDOW] @ functions.value for first in range(0, points - WINDOW + 1, stride)]
-    assert functions.values_of(series) == pytest.approx(np.array(directly))
+    directly = [series[first : first + WINDOW] @ value for first in range(0, points - WINDOW + 1, stride)]
+    assert over_windows(series, value, stride) == pytest.approx(np.array(directly))
 
 
 def test_the_direction_of_slip_is_the_mean_sign_of_a_speed_of_known_noise(states):
