@@ -57,6 +57,8 @@ class Score:
     """(unknowns, unknowns) what its own uncertainty would add to the covariance of these."""
     freedom: int = 1
     """How many strengths it has."""
+    elsewhere: tuple[Array, ...] = ()
+    """(k,) values at other places, the most promising first, of an effect that acts at one."""
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
-from scipy.interpolate import CubicHermiteSpline
 
 from cdp_ident.errors import OptionError
 from cdp_ident.model.runge_kutta import hermite
@@ -86,8 +85,20 @@ def interpolated(at: Array, times: Array, values: Array) -> Array:
 
     Beyond the ends they hold.
     """
+    within = np.clip(at, *times[[0, -1]])
+    return np.column_stack([between(times, of, np.gradient(of, times), within) for of in values.T])
+
+
+def between(stamps: Array, values: Array, slopes: Array, at: Array) -> Array:
+    """Return values (m,) at times between stamps (n,) [s], at which they and their slopes (n,) are known.
+
+    It is Hermite's cubic. To load scipy's takes a third of the time that an emulator takes to start.
+    """
+    before = np.clip(np.searchsorted(stamps, at, side="right") - 1, 0, len(stamps) - 2)
+    step = stamps[before + 1] - stamps[before]
+    old, new, first, last = hermite((at - stamps[before]) / step, step)
     return np.asarray(
-        CubicHermiteSpline(times, values, np.gradient(values, times, axis=0))(np.clip(at, *times[[0, -1]]))
+        old * values[before] + new * values[before + 1] + first * slopes[before] + last * slopes[before + 1]
     )
 
 

@@ -11,7 +11,6 @@ gives, all evidence shrinks by itself.
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
-from itertools import islice
 
 import numpy as np
 import numpy.typing as npt
@@ -26,7 +25,7 @@ from cdp_ident.machine.parallel import parallel_map
 from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.model.layout import RODS_STATES
 from cdp_ident.tracing.lost_counts import with_better_instants
-from cdp_ident.tracing.neighbours import Neighbour, additions, extended_models, replacements, simplifications
+from cdp_ident.tracing.neighbours import Neighbour, additions, extended_models, first, replacements, simplifications
 from cdp_ident.tracing.odds import unlikelihood_of
 from cdp_ident.tracing.selection import Step, Tried
 
@@ -34,8 +33,6 @@ Array = npt.NDArray[np.float64]
 Key = tuple[tuple[str, int | None, float], ...]
 
 _MOST_EFFECTS = 10
-_TRIED = 4
-"""So many of the most promising additions are fitted at a step: of effects that imitate one another they are enough."""
 SEVERAL = 3
 """So many effects that have a name may explain what a torque without one does."""
 
@@ -78,7 +75,7 @@ class ModelSearch:
         return found.misfit + unlikelihood_of(found.model, self._recorded)
 
     def begin_with(self, neighbours: Iterable[Neighbour], action: str) -> None:
-        """Try models that something else suggests, and go on from the most probable one.
+        """Try models that are expected, and go on from the most probable one.
 
         Raises:
             InterruptedSearchError: the search is asked to stop.
@@ -86,8 +83,11 @@ class ModelSearch:
         self._move(self.paper, [(neighbour, None) for neighbour in neighbours], action)
         self._simplify()
 
-    def run(self) -> None:
+    def run(self, suggested: Sequence[Neighbour] = ()) -> None:
         """Go on until no neighbour is more probable.
+
+        Args:
+            suggested: by something else than scores, to be tried at the first step, too.
 
         Raises:
             InterruptedSearchError: the search is asked to stop.
@@ -95,8 +95,10 @@ class ModelSearch:
         while True:
             promising, scored = additions(self.best, self._named_only)
             self._scored = self.best, scored
-            neighbours = [each for each in promising if len(each.model.effects) <= _MOST_EFFECTS]
-            if self._move(before := self.best, [(each, None) for each in neighbours[:_TRIED]], "added", True):
+            neighbours = first(each for each in promising if len(each.model.effects) <= _MOST_EFFECTS)
+            tried, more = [(each, None) for each in (*suggested, *neighbours)], not suggested
+            suggested = ()
+            if self._move(before := self.best, tried, "added", must_explain=more):
                 if self.best.model.effects[-1].effect.curve is not None:
                     self._spell_out(before)
                 self._simplify()
@@ -147,7 +149,8 @@ class ModelSearch:
         return better
 
     def _note(self, action: str, before: WholeSwings, tried: Sequence[tuple[WholeSwings, tuple[str, ...]]]) -> None:
-        said = sorted((Tried(what, self.cost(of) - self.cost(before)) for of, what in tried), key=lambda t: t.misfit)
+        by_what = {what: self.cost(of) - self.cost(before) for of, what in tried}
+        said = sorted((Tried(what, misfit) for what, misfit in by_what.items()), key=lambda one: one.misfit)
         self.steps.append(Step(action, self.cost(self.best) - self.cost(self.paper), tuple(said)))
         if self.best is not before:
             gained = 0.5 * (self.cost(before) - self.cost(self.best)) / math.log(10.0)
@@ -187,7 +190,7 @@ class ModelSearch:
         origin = others[0]
         behind = origin.misfit - self.best.misfit
         promising, _ = additions(origin, self._named_only, lasting=True, behind=behind)
-        neighbours = [(replace(each, again=True), origin) for each in promising[:_TRIED]]
+        neighbours = [(replace(each, again=True), origin) for each in first(promising)]
         return self._move(origin, neighbours, "added", must_explain=True)
 
     def _zeros(self) -> bool:
@@ -207,7 +210,7 @@ class ModelSearch:
         named, tried, added = before, list[tuple[WholeSwings, tuple[str, ...]]](), tuple[str, ...]()
         for _ in range(SEVERAL):
             neighbours, _ = additions(named, named_only=True)
-            better = self._better(named, neighbours[:_TRIED])
+            better = self._better(named, first(neighbours))
             if better is None or not _explains(named, better[0]):
                 extended = (self._better(named, [begins[0] for begins in forms]) for forms in extended_models(named))
                 better = next(filter(None, extended), None)
@@ -246,7 +249,7 @@ class ModelSearch:
             if without is None:
                 continue
             others = replacements(self.best, index, without, self.scores, self._named_only)
-            alternatives += [(each, without) for each in islice(others, _TRIED)]
+            alternatives += [(each, without) for each in first(others)]
             alternatives += [(each[0], without) for forms in extended_models(without) for each in forms]
         return self._move(self.best, alternatives, "exchanged for", must_explain=True)
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Models that differ from one by an effect: what may be added, what may take an effect's place, what may go."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,11 +22,15 @@ from cdp_ident.tracing.odds import ambiguity, unlikelihood
 
 Array = npt.NDArray[np.float64]
 
+_TRIED = 4
+"""So many of the most promising additions are fitted at a step: of effects that imitate one another they are enough."""
 _BENDS = (1e-3, 1e-2, 1e-1)
 """Smoothness of curves, from which their score chooses; see `ActiveEffect.bend`."""
 _PROMISES = -2.0
 """An effect is tried where its score changes the misfit by less than this. The odds against it are not in that: where
 torques or autocorrelated noise stand in for it, a score is too small."""
+_PLACES = 3
+"""So many places are tried of an effect that acts at one: unknown torques may hide the right one from its score."""
 _ALTERNATIVES = 0.5
 """Another effect is tried in the place of one if its score is at least this share of that."""
 
@@ -42,6 +46,16 @@ class Neighbour:
     """Keys of the effects that it has more, or has no longer."""
     again: bool = False
     """Whether it is fitted even if it was before, from elsewhere."""
+
+
+def first(neighbours: Iterable[Neighbour]) -> list[Neighbour]:
+    """Return the first neighbours, of a few effects."""
+    chosen = dict[tuple[str, ...], list[Neighbour]]()
+    for each in neighbours:
+        if each.what not in chosen and len(chosen) == _TRIED:
+            break
+        chosen.setdefault(each.what, []).append(each)
+    return [each for of_effect in chosen.values() for each in of_effect]
 
 
 def additions(
@@ -68,6 +82,7 @@ def additions(
             tried.add(one_of_many)
         if worth and score.misfit + ambiguity(score.active, found.recorded) < _PROMISES - behind:
             neighbours += [*_longer(found, score), _with(found, score.active, score.values)]
+            neighbours += [replace(_with(found, score.active, of), again=True) for of in score.elsewhere]
     return neighbours, scored
 
 
@@ -106,7 +121,10 @@ def _scores(found: WholeSwings, named_only: bool, lasting: bool = False) -> list
         scored += _at_instants(found)
     best = dict[tuple[str, int | None], Score]()
     for score in sorted(scored, key=lambda one: one.misfit + unlikelihood(one.active, found.recorded)):
-        best.setdefault((score.active.effect.key, score.active.trial), score)
+        key = score.active.effect.key, score.active.trial
+        first = best.setdefault(key, score)
+        if score is not first and first.active.effect.is_local and len(first.elsewhere) < _PLACES - 1:
+            best[key] = replace(first, elsewhere=(*first.elsewhere, score.values))
     return list(best.values())
 
 

@@ -36,8 +36,8 @@ def select_effects(
     interrupted = False
     try:
         search.begin_with(_expected(found, expected), "confirmed")
-        search.begin_with([*_balanced(found), *hidden_by_torques(search.paper)], "added")
-        search.run()
+        suggested = [*_balanced(found), *hidden_by_torques(search.paper)]
+        search.run(suggested if search.best is search.paper else ())
         without = tuple(search.without(index) for index in range(len(search.best.model.effects)))
     except InterruptedSearchError:
         interrupted = True

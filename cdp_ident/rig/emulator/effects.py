@@ -14,7 +14,7 @@ from cdp_ident.model.acting import NO_EFFECTS, ActingEffects
 from cdp_ident.model.effects.effect import JOINTS, Effect
 from cdp_ident.model.effects.naming import effect_of
 from cdp_ident.model.motions import readings_of
-from cdp_ident.model.runge_kutta import hermite
+from cdp_ident.model.time_grid import between
 from cdp_ident.rig.emulator.fields import mapping
 
 Array = npt.NDArray[np.float64]
@@ -92,18 +92,7 @@ class Readings:
         if len(past) < 2:
             return of_joint(states, joint)
         at = np.maximum(time - delay, stamps[0])
-        return _between(stamps, of_joint(past, joint), of_joint(past[:, 2:], joint), at)
-
-
-def _between(stamps: Array, angle: Array, speed: Array, at: Array) -> Array:
-    """Return an angle [rad] at times between stamps (n,) [s], at which it and its speed (n,) [rad/s] are known.
-
-    It is Hermite's cubic. To load scipy's takes a third of the time that an emulator takes to start.
-    """
-    before = np.clip(np.searchsorted(stamps, at, side="right") - 1, 0, len(stamps) - 2)
-    step = stamps[before + 1] - stamps[before]
-    old, new, first, last = hermite((at - stamps[before]) / step, step)
-    return np.asarray(old * angle[before] + new * angle[before + 1] + first * speed[before] + last * speed[before + 1])
+        return between(stamps, of_joint(past, joint), of_joint(past[:, 2:], joint), at)
 
 
 def of_joint(values: Array, joint: int) -> Array:

@@ -44,7 +44,7 @@ def both(function, address, z, p):
     """Return what Python and what machine code leave in sums and rows."""
     found = []
     for run in (function, lambda *arrays: call(address, *arrays)):
-        sums, rows = np.full(3 * PARAMETERS, 0.5), np.full(6 * (PARAMETERS + 3), 0.25)
+        sums, rows = np.full(3 * PARAMETERS, 0.5), np.full(6 * (PARAMETERS + 4), 0.25)
         run(z, p, sums, rows)
         found.append(np.concatenate([sums, rows]))
     return found
@@ -54,7 +54,7 @@ def both(function, address, z, p):
 def test_every_law_of_the_catalogue_is_the_same_in_machine_code(name):
     rng = np.random.default_rng(1)
     for _ in range(3):
-        z, p = rng.normal(size=len(INPUTS)), rng.uniform(0.1, 1.0, 3)
+        z, p = rng.normal(size=len(INPUTS)), rng.uniform(0.1, 1.0, 4)
         in_python, in_machine_code = both(getattr(LAWS, name), laws_in(LAWS.text).of(name), z, p)
         np.testing.assert_allclose(in_machine_code, in_python, rtol=1e-9, atol=1e-12)
 
