@@ -28,6 +28,7 @@ from cdp_ident.tracing.lost_counts import with_better_instants
 from cdp_ident.tracing.neighbours import Neighbour, additions, extended_models, first, replacements, simplifications
 from cdp_ident.tracing.odds import unlikelihood_of
 from cdp_ident.tracing.selection import Step, Tried
+from cdp_ident.tracing.shaped_like import shaped_like_the_last
 
 Array = npt.NDArray[np.float64]
 Key = tuple[tuple[str, int | None, float], ...]
@@ -208,9 +209,17 @@ class ModelSearch:
     def _spell_out(self, before: WholeSwings) -> None:
         """Try named effects in the place of a nonparametric torque, and extended models of those that are."""
         named, tried, added = before, list[tuple[WholeSwings, tuple[str, ...]]](), tuple[str, ...]()
+        alike, base = list[Neighbour](), self.best.values[: len(before.values)]
+        try:
+            for active, values in shaped_like_the_last(self.best):
+                begins = np.concatenate([base, values])
+                alike.append(Neighbour(before.model.with_effect(active), begins, (active.key,), again=True))
+        except (np.linalg.LinAlgError, ValueError) as error:
+            self.failures.append(f"effects like {self.best.model.effects[-1].key}: {error}")
         for _ in range(SEVERAL):
             neighbours, _ = additions(named, named_only=True)
-            better = self._better(named, first(neighbours))
+            better = self._better(named, [*alike, *first(neighbours)])
+            alike = []
             if better is None or not _explains(named, better[0]):
                 extended = (self._better(named, [begins[0] for begins in forms]) for forms in extended_models(named))
                 better = next(filter(None, extended), None)

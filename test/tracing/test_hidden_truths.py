@@ -85,9 +85,8 @@ CAMPAIGN = [
     # Where its joint stops one form of a drag does not stay for another; without one, far too much is left for a score.
     Hidden("stopping.outer+air_drag.outer+encoder_offset.outer", 101000,
            names={"coulomb_friction.outer", "air_drag.outer", "encoder_offset.outer"}),
-    # A magnet, and a stop that is reached now and then; a narrow magnet is a curve.
-    *(Hidden(kind, 101000) for kind in ("magnet.inner", "end_stop.outer")),
-    Hidden("magnet.outer", 101000, **curve("outer"), **IN_FIT),
+    # Magnets, one of which is narrow and found from a curve, and a stop that is reached now and then.
+    *(Hidden(kind, 101000) for kind in ("magnet.inner", "magnet.outer", "end_stop.outer")),
     Hidden("magnet.inner", 0, PAPER_S),
     # A rod that bends is named alone and beside a disc off its axle.
     Hidden("rod_flex.inner", 51000),

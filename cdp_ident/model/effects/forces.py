@@ -132,8 +132,8 @@ FORCES = (
         "a magnet that the rod passes",
         # The force between two poles falls with their distance, which is smallest where away is zero.
         Law(
-            torque="-pull*sin(away)*(1 + tail*(1 - cos(away))/reach^2)^(-1/tail)",
-            where=(("away", "angle - place"),),
+            torque="-pull*away*(1 + tail/2*(away/reach)^2)^(-1/tail)",
+            where=(("away", "2*atan(tan((angle - place)/2))"),),
         ),
         [
             EffectParameter("pull", "N m/rad", -1000.0, 1000.0, 0.1, inertia_power=1),
