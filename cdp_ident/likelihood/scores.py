@@ -35,6 +35,11 @@ _PART = 1e-6
 """An unknown torque has a part in an impulse from this share on."""
 _SEEN_AT_ONCE = 1e-6
 """A shock is looked for where the readings say more of it than this share of what they say of most."""
+PLACES = 3
+"""So many places, or instants, are tried of an effect that acts at one: its score may be better at another one, where
+unknown torques hide it, or what happens lies between two nodes."""
+_APART = 4
+"""Instants are at least so many nodes apart."""
 SHAPES = (1.0, 0.25, 4.0)
 """An effect whose strength is not seen at one value of its shape alone is tried with the first one so many times the
 typical value."""
@@ -58,7 +63,7 @@ class Score:
     freedom: int = 1
     """How many strengths it has."""
     elsewhere: tuple[Array, ...] = ()
-    """(k,) values at other places, the most promising first, of an effect that acts at one."""
+    """(k,) values at other places or instants, the most promising first, of an effect that acts at one."""
 
 
 @dataclass(frozen=True)
@@ -72,6 +77,8 @@ class Shock:
     """[s]"""
     size: float
     """Of an impulse over A22 [1/s], or of the counts that were lost [rad]."""
+    elsewhere: tuple[tuple[float, float], ...] = ()
+    """Sizes and times of others in this trial, the best first."""
 
 
 def scores(found: WholeSwings, candidates: Sequence[tuple[ActiveEffect, Array]]) -> list[Score]:
@@ -288,8 +295,13 @@ def _best(swing: Swing, times: Array, slope: Array, curvature: Array, regained: 
     gain = np.where(seen, slope**2 / np.where(seen, curvature, 1.0) + regained, 0.0)
     if not len(gain):
         return Shock(0.0, swing.trial, swing.begin, 0.0)
-    best = int(np.argmax(gain))
-    return Shock(float(gain[best]), swing.trial, float(times[best]), float(-slope[best] / curvature[best]))
+    chosen, left = list[int](), gain.copy()
+    while len(chosen) < PLACES and (not chosen or left.max() > 0.0):
+        chosen.append(int(np.argmax(left)))
+        left[max(chosen[-1] - _APART + 1, 0) : chosen[-1] + _APART] = 0.0
+    shocks = [(float(-slope[k] / curvature[k]), float(times[k])) for k in chosen]
+    (size, time), others = shocks[0], tuple(shocks[1:])
+    return Shock(float(gain[chosen[0]]), swing.trial, time, size, others)
 
 
 def _widened(of: Array, by: Array | float = 0.0) -> Array:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.likelihood.prior import typical
-from cdp_ident.likelihood.scores import SHAPES, Score, begun, scores, shocks
+from cdp_ident.likelihood.scores import PLACES, SHAPES, Score, begun, scores, shocks
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.effects.effect import JOINTS, Effect, exclude_each_other
@@ -29,8 +29,6 @@ _BENDS = (1e-3, 1e-2, 1e-1)
 _PROMISES = -2.0
 """An effect is tried where its score changes the misfit by less than this. The odds against it are not in that: where
 torques or autocorrelated noise stand in for it, a score is too small."""
-_PLACES = 3
-"""So many places are tried of an effect that acts at one: unknown torques may hide the right one from its score."""
 _ALTERNATIVES = 0.5
 """Another effect is tried in the place of one if its score is at least this share of that."""
 
@@ -123,7 +121,7 @@ def _scores(found: WholeSwings, named_only: bool, lasting: bool = False) -> list
     for score in sorted(scored, key=lambda one: one.misfit + unlikelihood(one.active, found.recorded)):
         key = score.active.effect.key, score.active.trial
         first = best.setdefault(key, score)
-        if score is not first and first.active.effect.is_local and len(first.elsewhere) < _PLACES - 1:
+        if score is not first and first.active.effect.is_local and len(first.elsewhere) < PLACES - 1:
             best[key] = replace(first, elsewhere=(*first.elsewhere, score.values))
     return list(best.values())
 
@@ -167,7 +165,9 @@ def _at_instants(found: WholeSwings) -> Iterator[Score]:
                 continue  # what is less is rounding
             nothing = np.zeros(own), np.zeros((own, own))
             values = np.array([shock.size, shock.time])
-            yield Score(ActiveEffect(effect, trial=shock.trial), -shock.gain, shock.gain, values, *nothing)
+            others = tuple(np.array(other) for other in shock.elsewhere)
+            active = ActiveEffect(effect, trial=shock.trial)
+            yield Score(active, -shock.gain, shock.gain, values, *nothing, elsewhere=others)
 
 
 def _with(found: WholeSwings, active: ActiveEffect, values: Array) -> Neighbour:

@@ -76,6 +76,9 @@ def test_counts_are_found_where_they_were_lost(joint):
     assert slips[joint].gain > 100.0
     assert slips[joint].time == pytest.approx(4.12)
     assert slips[joint].size == pytest.approx(lost, rel=0.2)
+    times = [slips[joint].time, *(time for _, time in slips[joint].elsewhere)]
+    assert len(times) == 3
+    assert np.diff(sorted(times)).min() > 3.0 * np.diff(TIME).max()
 
 
 @pytest.mark.parametrize("rod", ["inner", "outer"])

@@ -112,8 +112,9 @@ CAMPAIGN = [
     Hidden("magnet.inner", 30001, names=set(), error=None, remains=True),
     # A harmonic beside coarse encoders, whose rounding errors go together.
     Hidden("cogging_torque.inner", 18002, **IN_FIT),
-    # Lost counts are not taken for a zero of their trial.
+    # Lost counts are not taken for a zero of their trial, nor are those between two nodes.
     Hidden("encoder_slip.outer", 21000, "mujoco", **IN_FIT),
+    Hidden("encoder_slip.inner", 673000),
     # Where the search's best cannot be simulated the fit begins at the balance of forces.
     Hidden(THREE, 25001),
     # The encoders' noise is remembered for long.
