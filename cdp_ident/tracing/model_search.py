@@ -97,9 +97,9 @@ class ModelSearch:
             promising, scored = additions(self.best, self._named_only)
             self._scored = self.best, scored
             neighbours = first(each for each in promising if len(each.model.effects) <= _MOST_EFFECTS)
-            tried, more = [(each, None) for each in (*suggested, *neighbours)], not suggested
+            tried, by_scores_alone = [(each, None) for each in (*suggested, *neighbours)], not suggested
             suggested = ()
-            if self._move(before := self.best, tried, "added", must_explain=more):
+            if self._move(before := self.best, tried, "added", must_explain=by_scores_alone):
                 if self.best.model.effects[-1].effect.curve is not None:
                     self._spell_out(before)
                 self._simplify()

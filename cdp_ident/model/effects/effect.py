@@ -255,7 +255,7 @@ class Effect:
     @property
     def is_local(self) -> bool:
         """Whether it acts at a place that has to be looked for: a shape parameter begins at many."""
-        return not self.contains and any(parameter.begins for parameter in self.parameters if parameter.shape)
+        return not self.contains and any(p.begins for p in self.parameters if p.shape and not p.fixed)
 
     @property
     def remembers(self) -> bool:

@@ -258,8 +258,9 @@ def _parameter(name: Any, given: Any, inertia: float, where: str) -> EffectParam
     values = [number(value, f"{where}: begins", lower, upper) / scale for value in begins]
     lower, upper, typical, width = (value / scale for value in (lower, upper, typical, width))
     return EffectParameter(
-        name, str(unit), lower, upper, typical, width, power, tuple(map(repr, values)), shape, resolves=resolves
-    )
+        name, str(unit), lower, upper, typical, width,
+        inertia_power=power, begins=tuple(map(repr, values)), shape=shape, resolves=resolves,
+    )  # fmt: skip
 
 
 def _mass_of_unit(unit: str, where: str) -> int:

@@ -118,6 +118,9 @@ def test_a_wrong_formula_is_refused_with_its_place(torque, words):
         ({"states": {s: {"rate": "speed"} for s in ("p", "q", "r")}}, "3 states; a law has at most 2"),
         ({"where": {"a": "rate(u)", "b": "rate(a)", "c": "rate(b)", "d": "rate(c)"}}, "more than 3 rates"),
         ({"description": ""}, "expected a few words"),
+        ({"parameters": {"k": STIFFNESS | {"begins": [1]}}}, "begins is [1]; expected at most 20 values of a shape"),
+        ({"parameters": {"k": STIFFNESS | {"shape": True, "begins": 1}}}, "begins is 1; expected at most 20 values"),
+        ({"parameters": {"k": STIFFNESS | {"shape": True, "begins": ["a"]}}}, "begins is 'a'; expected a number"),
     ],
 )
 def test_a_wrong_definition_is_refused_with_what_is_wrong(changed, words):

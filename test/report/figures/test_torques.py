@@ -112,11 +112,11 @@ def test_a_few_wild_dots_do_not_squeeze_the_rest(read_content, shown_curves):
 def test_a_nonparametric_torque_is_drawn_with_its_band(read_content):
     assert list(nonparametric_torques(read_content)) == []
     curve = {"over": "angle", "at": [-1.0, 0.0, 1.0], "torque": [0.0, 0.02, 0.01], "std": [1e-3, 2e-3, 1e-3]}
-    curve |= {"coefficients": [0.0], "coefficients_std": [0.0], "likeness": "a magnet at 0 rad"}
+    curve |= {"coefficients": [0.0], "coefficients_std": [0.0], "likeness": "an unbalance"}
     effect = read_content["effects"][0] | {"curve": curve, "name": "unknown_torque"}
     (figure,) = nonparametric_torques(read_content | {"effects": [effect]})
     torque, above, below = figure.panels[0].marks
     assert torque.y.tolist() == [0.0, 20.0, 10.0]
     assert above.y - torque.y == pytest.approx(torque.y - below.y)
     assert above.y[1] - torque.y[1] == pytest.approx(3.92, abs=0.01)
-    assert "like that of a magnet at 0 rad" in figure.caption
+    assert "like that of an unbalance" in figure.caption
