@@ -39,6 +39,11 @@ class ActiveEffect:
         """Its parameters that are fitted."""
         return tuple(parameter for parameter in self.effect.parameters if not parameter.fixed)
 
+    @cached_property
+    def strengths(self) -> npt.NDArray[np.bool_]:
+        """(k,) which of these are strengths, without which the others have no meaning."""
+        return np.array([not parameter.shape for parameter in self.fitted], dtype=bool)
+
     def all_values(self, fitted: Array) -> list[float]:
         """Return the values of all its parameters, given those of the fitted ones."""
         remaining = iter(fitted)

@@ -37,6 +37,7 @@ def reduced(
     states: Sequence[Array],
     noise: Noise,
     own: int | None = None,
+    begins: Indices | None = None,
 ) -> "Reduced":
     """Return what swings say of a model's values, states and impulses being eliminated.
 
@@ -48,25 +49,30 @@ def reduced(
         states: (nodes, states) of each.
         noise: of encoders and unknown torques.
         own: how many of the unknowns are estimated, the others being candidates; all of them by default.
+        begins: (unknowns + 1 - own,) the first candidate with which each, and the readings, have a product that is
+            wanted; by default all are.
     """
     unknowns = known.shape[1] - 1
     own = unknowns if own is None else own
     rows, logarithm, parts = [known], 0.0, list[Part]()
     others = np.zeros((unknowns + 1 - own,) * 2)
+    begins = np.zeros(len(others), dtype=np.int64) if begins is None else begins
     for swing, of, nodes_states in zip(swings, linear, states, strict=True):
         whitened = noise.whitened(swing, of, noise.tails_of(len(parts)))
         nodes, n, d = whitened.transitions.shape
         estimated = n + int(np.sum(of.columns < own))
         triangles, impulses = np.empty((nodes, estimated, d + 1)), np.empty((nodes, 2, d + 3))
         left = np.empty((1, d + 1 - estimated, d + 1 - estimated))
-        logarithm += backwards(whitened, impulses, triangles, left, memory_for_rows(swing, estimated, d))
+        columns = np.append(of.columns, unknowns)
+        candidates = columns[estimated - n :] - own
+        of_swing = np.searchsorted(candidates, begins[candidates])
+        logarithm += backwards(whitened, impulses, triangles, left, of_swing, memory_for_rows(swing, estimated, d))
         first, of_start = _with_start(triangles[0], swing, model, nodes_states[0], noise, n)
         logarithm += of_start
-        columns = np.append(of.columns, unknowns)
         of_values = np.zeros((len(first) - n, unknowns + 1))
         of_values[:, columns] = first[n:, n:]
         rows.append(of_values)
-        others[np.ix_(*[columns[estimated - n :] - own] * 2)] += left[0]
+        others[np.ix_(candidates, candidates)] += left[0]
         parts.append(Part(first, impulses, whitened))
     # What the values take from the noise is accounted for as well (Patterson and Thompson, Biometrika 58, 1971).
     whole = triangle_of(np.concatenate(rows))

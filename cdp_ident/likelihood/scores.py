@@ -25,6 +25,7 @@ from cdp_ident.model.effects.effect import JOINTS, Effect, Joint
 from cdp_ident.model.layout import ROOM
 
 Array = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.int64]
 
 _OVERFLOWS = 1e100
 """Sensitivities beyond this cannot be computed; what has them has no score."""
@@ -99,7 +100,7 @@ def _in_turns(
     most = ROOM - found.model.states - len(found.values)
     some, room = list[tuple[ActiveEffect, Array]](), most
     for candidate, beginning in candidates:
-        states, size = candidate.effect.states, len(beginning)
+        states, size = candidate.effect.states, int(np.sum(candidate.strengths))
         if some and candidate.effect.curve and candidate.effect == some[-1][0].effect:
             size = 0  # another smoothness of the same curve
         if some and (states or some[-1][0].effect.states or size > room):
@@ -114,34 +115,36 @@ def _in_turns(
 
 def _scores(found: WholeSwings, candidates: Sequence[tuple[ActiveEffect, Array]]) -> Iterator[Score]:
     model, values, unit = found.model, found.values, found.recorded.time_unit
-    own, places = len(values), dict[tuple[str, int | None, bytes], npt.NDArray[np.int64]]()
+    own, places = len(values), dict[tuple[str, int | None, bytes], Indices]()
+    wanted, begins = list[npt.NDArray[np.bool_]]([np.ones(own, dtype=bool)]), list[int]()
     for candidate, beginning in candidates:
         key, first = (candidate.effect.key, candidate.trial, beginning.tobytes()), len(values)
         if key in places:
             continue  # another smoothness of the same curve
         model, values = model.with_effect(candidate), np.concatenate([values, beginning])
-        strong = [k for k, p in enumerate(candidate.fitted) if not p.shape]
-        places[key] = first + np.array(strong, dtype=np.int64)
+        places[key] = first - own + np.flatnonzero(candidate.strengths)
+        wanted.append(candidate.strengths)
+        begins += [first - own] * len(beginning)
     states = [_of_size(of, found.model.states, model.states) for of in found.states]
     linear = [
-        _without_overflow(swing.linearised(model, values, of))
+        _without_overflow(swing.linearised(model, values, of, np.concatenate(wanted)))
         for swing, of in zip(found.recorded.swings, states, strict=True)
     ]
     rows = np.zeros((own, len(values) + 1))
     rows[:, [*range(own), len(values)]] = found.known.rows(found.values)
-    left = reduced(model, rows, found.recorded.swings, linear, states, found.noise, own)
+    left = reduced(model, rows, found.recorded.swings, linear, states, found.noise, own, np.array([*begins, 0]))
     of_own, across = left.of_values[:, :own], left.of_values[:, own:]
     imitated = -np.linalg.pinv(of_own, rcond=1e-10) @ across
     for candidate, beginning in candidates:
-        strong = [k for k, p in enumerate(candidate.fitted) if not p.shape]
+        strong = np.flatnonzero(candidate.strengths)
         precision = known_of(candidate, unit)[0][np.ix_(strong, strong)]
-        at = places[candidate.effect.key, candidate.trial, beginning.tobytes()] - own
+        at = places[candidate.effect.key, candidate.trial, beginning.tobytes()]
         alone = np.diag(left.others)[at]
         seen = alone > _SEEN * np.maximum(np.sum(across[:, at] ** 2, axis=0), np.diag(precision))
         if not np.any(seen):
             continue
-        at, chosen = at[seen], [p for k, p in enumerate(q for q in candidate.fitted if not q.shape) if seen[k]]
-        precision = precision[np.ix_(seen, seen)]
+        at, strong, precision = at[seen], strong[seen], precision[np.ix_(seen, seen)]
+        chosen = [candidate.fitted[k] for k in strong]
         lower, upper = (np.array([getattr(parameter, end) for parameter in chosen]) for end in ("lower", "upper"))
         curvature, slope = left.others[np.ix_(at, at)], -left.others[at, -1]
         whole = curvature + precision
@@ -155,7 +158,7 @@ def _scores(found: WholeSwings, candidates: Sequence[tuple[ActiveEffect, Array]]
         inverse = np.linalg.pinv(scaled, hermitian=True) * np.outer(scale, scale)
         logarithm = np.linalg.slogdet(scaled)[1] - 2.0 * np.sum(np.log(scale)) - np.linalg.slogdet(precision)[1]
         all_values = beginning.copy()
-        all_values[np.array(strong)[seen]] = strengths
+        all_values[strong] = strengths
         by = imitated[:, at]
         yield Score(
             candidate,
@@ -231,7 +234,7 @@ def _of_swing(
     (nodes, n, d), own = whitened.transitions.shape, whitened.transitions.shape[2] - 2
     triangles, rows = np.empty((nodes, own, d + 1)), np.empty((nodes, 2, d + 3))
     left = np.empty((nodes, 3, 3))
-    backwards(whitened, rows, triangles, left, memory_for_rows(swing, own, d))
+    backwards(whitened, rows, triangles, left, np.zeros(3, dtype=np.int64), memory_for_rows(swing, own, d))
     deviations, spreads = np.empty((nodes, own)), np.empty((nodes, own, own))
     deviations[0], spreads[0] = part.first_node(change[linear.columns], covariance, linear.columns)
     torques = np.zeros((nodes, 2, 2))

@@ -127,8 +127,17 @@ def triangularise(matrix, rows, pivots, upper, new):
         below[:] = 0.0
 
 
+@part
+def _product(one, other):
+    """Return the scalar product of two rows."""
+    total = 0.0
+    for i in range(len(one)):  # a range over a length is made into vector instructions, others are not
+        total += one[i] * other[i]
+    return total
+
+
 @compiled
-def backwards(swing, impulses, triangles, others, matrix):
+def backwards(swing, impulses, triangles, others, begins, matrix):
     """Carry the information of all readings back to the first node, and return the logarithm of a determinant.
 
     Args:
@@ -138,6 +147,7 @@ def backwards(swing, impulses, triangles, others, matrix):
             estimated; the others are candidates.
         others: (nodes or 1, d + 1 - own, d + 1 - own) takes the products of what is left of candidates and readings,
             once the rest is estimated, from each node or the first one on.
+        begins: (d + 1 - own,) the first one with which each has a product that is wanted.
         matrix: memory (d + 3, own + 2 + 2 times the most samples of a node), a row for each column.
     """
     transitions, gaps, pushes = swing.transitions, swing.gaps, swing.pushes
@@ -188,23 +198,13 @@ def backwards(swing, impulses, triangles, others, matrix):
         if 0 < at + 1 < len(others):
             others[at] = others[at + 1]
         for i in range(d + 1 - own):
-            for j in range(i + 1):
-                for row in range(2 + own, rows):
-                    others[at, i, j] += matrix[2 + own + i, row] * matrix[2 + own + j, row]
+            for j in range(begins[i], i + 1):
+                others[at, i, j] += _product(matrix[2 + own + i, 2 + own : rows], matrix[2 + own + j, 2 + own : rows])
     for at in range(len(others)):
         for i in range(d + 1 - own):
             for j in range(i):
                 others[at, j, i] = others[at, i, j]
     return logarithm
-
-
-@part
-def _product(one, other):
-    """Return the scalar product of two rows."""
-    total = 0.0
-    for i in range(len(one)):  # a range over a length is made into vector instructions, others are not
-        total += one[i] * other[i]
-    return total
 
 
 @part

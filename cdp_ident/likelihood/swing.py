@@ -163,11 +163,24 @@ class Swing:
         """(nodes,) when they are, since the first sample [s]."""
         return np.cumsum([0.0, *(grid.steps * grid.step for grid in self.grids[:-1])])
 
-    def linearised(self, model: MotionModel, values: Array, states: Array) -> Linearised:
-        """Return what a model says of the swing near the states (nodes, states) and values."""
+    def linearised(
+        self, model: MotionModel, values: Array, states: Array, wanted: npt.NDArray[np.bool_] | None = None
+    ) -> Linearised:
+        """Return what a model says of the swing near states and values.
+
+        Args:
+            model: gives the motion.
+            values: (unknowns,)
+            states: (nodes, states)
+            wanted: (unknowns,) by which of these derivatives are wanted; by all by default, as always where weights
+                are on the rods.
+        """
         weighted = model.with_weights(values, self.weights) if self.weights else None
         of_trial = weighted.values if weighted else values
         acting = model.acting(of_trial, self.trial, weighted.carried if weighted else 0.0)
+        n, columns = model.states, model.columns_in(self.trial)
+        if wanted is not None and weighted is None:
+            acting, columns = acting.with_directions(wanted[columns]), columns[wanted[columns]]
         coefficients = model.coefficients(of_trial)
         begins = self.begin + self.node_times
         found = motions(
@@ -177,7 +190,6 @@ class Swing:
             ],
             derive=True,
         )
-        n, columns = model.states, model.columns_in(self.trial)
         by, ends_by = found.by, found.ends_by
         zeros = model.zero_places(self.trial)
         shown = found.readings

@@ -5,7 +5,7 @@
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
-from itertools import pairwise
+from itertools import compress, pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -98,6 +98,16 @@ class ActingEffects:
         """Return some of the effects, without directions."""
         kept = [(effect, values) for effect, values in self.each() if wanted(effect)]
         return ActingEffects.of(kept, self.outer_length, self.carried).without_directions()
+
+    def with_directions(self, wanted: npt.NDArray[np.bool_]) -> "ActingEffects":
+        """Return the same, of which derivatives by some of its coefficients and parameters alone are wanted."""
+        coefficients, parameters = (
+            tuple(compress(of, flags))
+            for of, flags in zip(
+                (self.coefficients, self.parameters), np.split(wanted, [len(self.coefficients)]), strict=True
+            )
+        )
+        return replace(self, coefficients=coefficients, parameters=parameters)
 
     def without_directions(self) -> "ActingEffects":
         """Return the same, of which no derivatives but those by the initial state are wanted."""

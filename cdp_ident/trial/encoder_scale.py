@@ -31,8 +31,9 @@ _LOGARITHMS = np.sort([*np.arange(-24, 25) * _BETWEEN, *np.log(_LIKELY[1:])])
 _REFINED = 6
 """The best minima among them are refined: of fast motion the misfit has many."""
 _NONE = 1e30
-_NEAREST = 0.03
-"""Least logarithm of a factor that is no effect of the rig, such as an encoder disc off its centre."""
+_NEAREST = 0.2
+"""Least logarithm of a factor that no effect of the rig is like: one within a tenth is an effect itself, and drag or
+friction that no balance knows may look like more."""
 _BESIDE = 0.1
 """Weight of the residual's spread beside the share that noise does not explain."""
 _ENOUGH = 1500

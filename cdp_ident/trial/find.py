@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cdp_ident.arrays import Array, Mask
+from cdp_ident.arrays import Mask
 from cdp_ident.errors import NoFreeMotionError, TrialError
-from cdp_ident.model.effects.effect import JOINTS
+from cdp_ident.model.effects.effect import Joint
 from cdp_ident.trial.cleaning import Piece
 from cdp_ident.trial.conventions import check_conventions
 from cdp_ident.trial.joints import Samples, model_angles
@@ -55,29 +55,29 @@ def find_trial(samples: Samples, options: TrialOptions) -> Found:
     recorded = recorded_motion(samples, options)
     if other_units:
         recorded = replace(recorded, notes=(*recorded.notes, other_units))
-    by_motors, gains = driven(recorded, options)
+    by_motors, turned = driven(recorded, options)
     if options.input != "auto":
-        return _found(recorded, by_motors, gains, options)
+        return _found(recorded, by_motors, turned, options)
     try:
-        return _found(recorded, by_motors, gains, replace(options, input="none"))
+        return _found(recorded, by_motors, turned, replace(options, input="none"))
     except NoFreeMotionError:
         if (driver := _driver(recorded.motions, by_motors, options)) == "none":
             raise
-        return _found(recorded, by_motors, gains, replace(options, input=driver))
+        return _found(recorded, by_motors, turned, replace(options, input=driver))
 
 
-def _found(recorded: Recorded, by_motors: Sequence[Mask], gains: Array, options: TrialOptions) -> Found:
+def _found(recorded: Recorded, by_motors: Sequence[Mask], turned: Sequence[Joint], options: TrialOptions) -> Found:
     """Find a motion with a given input.
 
     Args:
         recorded: the motion of the recorded joints.
         by_motors: at which grid points (m,) of each motion motors drive the joints.
-        gains: (2,) of their torques.
+        turned: joints whose motors' torques count against their angles.
         options: what the angles mean, and the input.
     """
     motions, moving, said = recorded.motions, recorded.moving, []
     if options.input == "joints":
-        _refuse_unusable(motions, gains, options)
+        _refuse_unusable(motions, turned)
         by_motors = [np.zeros(len(motion.time), dtype=bool) for motion in motions]
         said = ["motors drive the joints: their efforts are known torques [N m]"]
     if options.input == "cart":
@@ -112,16 +112,20 @@ def _driver(motions: Sequence[Motion], by_motors: Sequence[Mask], options: Trial
     return most if lasts[most] > _MOSTLY * np.count_nonzero(moves) else "none"
 
 
-def _refuse_unusable(motions: Sequence[Motion], gains: Array, options: TrialOptions) -> None:
+def _refuse_unusable(motions: Sequence[Motion], turned: Sequence[Joint]) -> None:
     """Raise TrialError where no motor's torque is recorded, or one acts the other way."""
     if any(motion.torques is None for motion in motions):
         raise TrialError("input is joints, but neither joint has an effort of a motor, or all are 0")
-    for joint, gain in zip(JOINTS, gains * [options.inner_sign, options.outer_sign], strict=True):
-        if gain < 0.0:
-            raise TrialError(
-                f"the efforts of the {joint} joint count against its angle: positive ones turn it backwards; record "
-                "them with the other sign, or set input: none to take free motion alone"
-            )
+    if turned:
+        whose = (
+            f"the {turned[0]} joint count against its angle"
+            if len(turned) == 1
+            else "both joints count against their angles"
+        )
+        raise TrialError(
+            f"the efforts of {whose}: positive ones turn backwards; record them with the other sign, or set input: "
+            "none to take free motion alone"
+        )
 
 
 def _stretch(piece: Piece, part: Part, options: TrialOptions) -> Trial:

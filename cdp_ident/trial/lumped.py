@@ -55,7 +55,8 @@ class Lumped:
     M1 and M2 are in 1/s^2 over the unit of the torques.
     """
     unexplained: float
-    """Share of the inner rod's acceleration (rms) in the windows fitted to that is not explained, by noise neither."""
+    """Share of the inner rod's acceleration (rms) in the windows fitted to, and of what motors in the joints would give
+    it, that is not explained, by noise neither."""
     misfit: float
     """What is left there over what noise leaves, squared, for comparing meanings of the angles: each has its noise."""
     spread: float
@@ -132,7 +133,9 @@ def fit_lumped(balance: Windows, trusted: Mask, is_driven: bool = False) -> Lump
     values = _physical(sums, motors)
     left = float(np.sum(_squares(fitted, values)))
     noise = float(np.sum(_noise(fitted, values)))
-    unexplained = np.sqrt(max(left - noise, 0.0) / sums.of_target) if sums.of_target > 0 else np.inf
+    # Motors hold rods up, too, that hardly accelerate.
+    whole = sums.of_target + sum(values[k] ** 2 * sums.coefficients[k, k] for k in motors)
+    unexplained = np.sqrt(max(left - noise, 0.0) / whole) if whole > 0 else np.inf
     misfit = left / (noise + _NEGLECTED**2 * sums.of_target + np.finfo(float).tiny)
     spread = float(np.median(torques(fitted, values)))
     return Lumped(values, float(unexplained), misfit, spread, _covariance(sums, left / max(1, 2 * len(fitted)), motors))

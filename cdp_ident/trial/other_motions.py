@@ -7,14 +7,15 @@ equation of an outer rod holds with nothing but zeros. Where motors drive the jo
 gravity, coupling and friction leave.
 """
 
+import itertools
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from cdp_ident.arrays import Array, Mask
-from cdp_ident.model.effects.effect import JOINTS
-from cdp_ident.trial.balance import joined, largest_gravity
+from cdp_ident.model.effects.effect import JOINTS, Joint
+from cdp_ident.trial.balance import Windows, joined, largest_gravity
 from cdp_ident.trial.lumped import DRIVEN, FREE, Lumped, explained
 from cdp_ident.trial.meaning import GOOD, MUCH_BETTER, Balance, Recorded, balance_of, in_model_angles
 from cdp_ident.trial.options import TrialOptions
@@ -33,6 +34,9 @@ _WEIGHTLESS = 0.1
 """Gravity's terms times the square of the motion's time scale; of rods, one of them is about 1."""
 _FOLLOWS = 0.95
 """Correlation of the joints' speeds from which one column is said to follow the other."""
+_WITHOUT = 0.75
+"""Torques drive a motion that leave at most this share of the squares that are left without them: geared motors leave
+half and more, of which friction is the rest, and torques that are measured in a free swing nearly all."""
 _TWICE = 0.05
 """Share of the inner angle that the outer one differs from it by at most, as one measured and simulated does."""
 
@@ -108,8 +112,8 @@ def may_be_rods(fit: Lumped) -> bool:
     return fit.turned is not None and fit.has_certain_signs and is_coupled
 
 
-def driven(recorded: Recorded, options: TrialOptions) -> tuple[list[Mask], Array]:
-    """Return near which grid points (m,) of each motion motors drive the joints, and their torques' gains (2,).
+def driven(recorded: Recorded, options: TrialOptions) -> tuple[list[Mask], list[Joint]]:
+    """Return near which grid points (m,) of each motion motors drive the joints, and whose torques are reversed.
 
     Args:
         recorded: the motion of the recorded joints, with the torques that were measured or commanded, in any unit.
@@ -122,11 +126,34 @@ def driven(recorded: Recorded, options: TrialOptions) -> tuple[list[Mask], Array
     torques = [motion.torques for motion in recorded.motions if motion.torques is not None]
     balance = balance_of(recorded, replace(options, input="none")) if torques else None
     if balance is None:
-        return nowhere, np.zeros(2)
+        return nowhere, []
     windows = joined(balance.windows)[np.concatenate(recorded.moving)]
     (_, without), (values, left) = (explained(windows, columns) for columns in (FREE, DRIVEN))
-    if without <= GOOD**2 or left > MUCH_BETTER * without:
-        return nowhere, np.zeros(2)
-    gains = values[-2:]
-    shares = [np.abs(torque * gains) / largest_gravity(values) for torque in torques]
-    return [np.asarray(np.any(share > options.hand_torque, axis=1)) for share in shares], gains
+    if without <= GOOD**2 or left > _WITHOUT * without:
+        return nowhere, []
+    shares = [np.abs(torque * values[-2:]) / largest_gravity(values) for torque in torques]
+    where = [np.asarray(np.any(share > options.hand_torque, axis=1)) for share in shares]
+    return where, _reversed(windows, np.array([options.inner_sign, options.outer_sign]))
+
+
+def _reversed(windows: Windows, signs: Array) -> list[Joint]:
+    """Return the joints whose torques count against their angles, by far the best of what the motion may mean.
+
+    Both joints' torques have the same gain, 1 / A22. One alone would be whatever a joint's friction looks like whose
+    motor does little.
+
+    Args:
+        windows: the balance of forces.
+        signs: (2,) of the angles, over those of the torques as they are taken.
+    """
+    motors = list(DRIVEN[-2:])
+
+    def left(meant: Array) -> float:
+        together = windows.coefficients.copy()
+        together[..., motors[0]] = together[..., motors] @ meant
+        return explained(replace(windows, coefficients=together), DRIVEN[:-1])[1]
+
+    flips = [np.array(flip) for flip in itertools.product((1, -1), repeat=2)]
+    best = min(flips, key=lambda flip: left(flip * signs))
+    is_clear = left(best * signs) < MUCH_BETTER**2 * left(signs)
+    return [joint for joint, flip in zip(JOINTS, best, strict=True) if is_clear and flip < 0]

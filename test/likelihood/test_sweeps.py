@@ -50,12 +50,13 @@ class Dense:
         self.solution = -self.covariance @ self.matrix.T @ self.right
 
 
-def swept(swing, own=None, all_nodes=False):
+def swept(swing, own=None, all_nodes=False, begins=None):
     (nodes, n, d), own = swing.transitions.shape, own or swing.transitions.shape[2]
     triangles, impulses = np.full((nodes, own, d + 1), np.nan), np.full((nodes, 2, d + 3), np.nan)
     others = np.full((nodes if all_nodes else 1, d + 1 - own, d + 1 - own), np.nan)
     most = int(np.diff(swing.samples_at).max())
-    logarithm = backwards(swing, impulses, triangles, others, np.empty((d + 3, own + 2 + 2 * most)))
+    begins = np.zeros(d + 1 - own, dtype=np.int64) if begins is None else begins
+    logarithm = backwards(swing, impulses, triangles, others, begins, np.empty((d + 3, own + 2 + 2 * most)))
     deviations, spreads = np.full((nodes, own), np.nan), np.full((nodes, own, own), np.nan)
     inverse = np.linalg.inv(triangles[0, :, :own])
     deviations[0], spreads[0] = -inverse @ triangles[0, :, d], inverse @ inverse.T
@@ -104,6 +105,11 @@ def test_candidates_keep_what_the_estimated_ones_do_not_explain(seed):
     left = candidates - estimated @ np.linalg.lstsq(estimated, candidates)[0]
     np.testing.assert_allclose(others[0], left.T @ left, atol=1e-9)
     np.testing.assert_allclose(others[0], swept(swing, own)[2][0], atol=1e-9)
+    # Of two effects that are looked at side by side, each has products of its own and with the readings.
+    apart = swept(swing, own, begins=np.array([0, *range(1, d - own), 0]))[2][0]
+    wanted = np.eye(d + 1 - own, dtype=bool)
+    wanted[-1] = wanted[:, -1] = True
+    np.testing.assert_allclose(apart, np.where(wanted, others[0], 0.0), atol=1e-9)
 
 
 def test_a_node_s_triangle_says_what_all_readings_from_it_on_say():

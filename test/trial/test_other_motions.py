@@ -157,6 +157,28 @@ def test_joints_that_are_driven_most_of_the_time_are_taken_with_their_torques():
         find_trial(samples(double_pendulum()), replace(HANGING, input="joints"))
 
 
+def test_torques_of_a_joint_whose_motor_does_little_do_not_count_against_its_angle():
+    # As motors that are geared to joints: what the passive one's current shows is its own drag.
+    angles = double_pendulum(lambda time: (0.0, 0.3 * np.cos(4.3 * time)))
+    drag = -0.003 * np.gradient(angles[:, 0], STEP)
+    torques = np.column_stack([drag, 0.3 * np.cos(4.3 * TIMES)])
+    assert find_trial(samples(angles, torques), HANGING).trial.torques == pytest.approx(torques)
+
+
+def test_driven_motion_is_taken_though_wrong_torques_leave_much_unexplained():
+    def other(time):
+        return 0.5 * np.sin(9.0 * time), 0.35 * np.sin(7.0 * time)
+
+    known = np.column_stack([0.6 * np.sin(3.1 * TIMES), 0.3 * np.cos(4.3 * TIMES)])
+    angles = double_pendulum(
+        lambda time: np.add(other(time), (0.6 * np.sin(3.1 * time), 0.3 * np.cos(4.3 * time))), start=(0.1, 0.0)
+    )
+    found = find_trial(samples(angles, known), HANGING)
+    assert found.trial.torques == pytest.approx(known)
+    assert found.balance.lumped.unexplained > 0.1
+    assert "is explained neither by gravity" in " ".join(found.warnings)
+
+
 def test_a_cart_that_is_driven_most_of_the_time_is_an_input():
     cart = 0.06 * sympy.sin(2.3 * TIME)
     theta = motion(TABLE_5, (3.6, 2.9, 0.0, 0.0), TIMES[:2000], cart)[:, :2]
