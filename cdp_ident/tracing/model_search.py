@@ -271,7 +271,7 @@ class ModelSearch:
         """Return fitted neighbours, each from the model from which it begins."""
         if self._stop():
             raise InterruptedSearchError
-        self._trying(", ".join(" and ".join(neighbour.what) for neighbour, _ in neighbours))
+        self._trying(", ".join(dict.fromkeys(" and ".join(neighbour.what) for neighbour, _ in neighbours)))
         begun = dict[tuple[Key, int | None], tuple[Neighbour, WholeSwings]]()
         for place, (each, of) in enumerate(neighbours):
             begun.setdefault((_key(each.model), place if each.again else None), (each, of or origin))

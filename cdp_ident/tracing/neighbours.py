@@ -29,8 +29,9 @@ _BENDS = (1e-3, 1e-2, 1e-1)
 _PROMISES = -2.0
 """An effect is tried where its score changes the misfit by less than this. The odds against it are not in that: where
 torques or autocorrelated noise stand in for it, a score is too small."""
-_ALTERNATIVES = 0.5
-"""Another effect is tried in the place of one if its score is at least this share of that."""
+_ALTERNATIVES = 0.9
+"""Another effect is tried in the place of one if its score is at least this share of that: of those that came within
+odds of 10^5 it was all of it."""
 
 
 @dataclass(frozen=True)
@@ -144,7 +145,7 @@ def _differences(found: WholeSwings) -> list[Score]:
     trials = found.recorded.trials
     there = {(active.effect, active.trial) for active in found.model.effects}
     candidates = [
-        (ActiveEffect(active.effect, trial=trial), np.where([p.shape for p in active.fitted], values, 0.0))
+        (ActiveEffect(active.effect, trial=trial), np.where(active.strengths, 0.0, values))
         for index, active in enumerate(found.model.effects)
         if len(trials) > 1 and active.trial is None and active.effect.has_score and not active.effect.states
         for trial in trials
@@ -333,10 +334,10 @@ def _less_of(found: WholeSwings, index: int, sure: float) -> Iterator[Neighbour]
 
 def strength(model: MotionModel, values: Array, covariance: Array, index: int) -> float:
     """Return Wald's statistic of an effect's strengths, its shape parameters held where they are known."""
-    place, fitted = model.places(index), model.effects[index].fitted
+    place = model.places(index)
     of_effect = covariance[place, place]
     known = np.isfinite(np.diag(of_effect))
-    strong = np.array([not parameter.shape for parameter in fitted]) & known
+    strong = model.effects[index].strengths & known
     if not np.any(strong):
         return 0.0
     information = np.linalg.pinv(of_effect[np.ix_(known, known)], hermitian=True)
