@@ -176,12 +176,14 @@ def test_a_commanded_cart_stops_when_the_commands_stop_or_the_driver_is_killed(l
     assert cart.positions[-1] == rest
 
 
-def test_a_commanded_cart_stops_when_the_line_is_lost(listener, start_driver, start_emulator):
+def test_a_commanded_cart_stops_when_the_device_was_reset_or_the_line_is_lost(listener, start_driver, start_emulator):
     start_driver()
     cart = Cart(listener)
     listener.wait_for(lambda: listener.level() == ERROR)
-    start_emulator("--unplug-at", "3", rig=Cart.RIG)
-    listener.wait_for(lambda: cart.drive(0.1) and listener.value("times unplugged") == "1")
+    start_emulator("--reset-at", "3", "--unplug-at", "6", rig=Cart.RIG)
+    listener.wait_for(lambda: cart.drive(0.1) and listener.count("device resets") == 1)
+    cart.wait_until_it_rests()
+    listener.wait_for(lambda: cart.drive(-0.1) and listener.value("times unplugged") == "1")
     cart.wait_until_it_rests()
 
 
