@@ -118,13 +118,6 @@ def test_the_same_seed_gives_the_same_result_and_another_one_the_same_basin():
     assert other.fit.values == pytest.approx(identified().fit.values, rel=1e-4)
 
 
-def test_a_search_that_is_stopped_is_refined_all_the_same_and_said_to_be_interrupted():
-    found = identify(trials()[:2], trials()[2:], replace(OPTIONS, method="iga"), lambda progress: "stopped by hand")
-    assert found.interrupted
-    assert found.search.stopped == "stopped by hand"
-    assert found.fit.rmse() < 2 * NOISE
-
-
 def test_a_free_length_is_found_beside_the_groups():
     prior = Prior(nominal={"L": 0.39})
     found = identify(trials()[:2], trials()[2:], IdentifyOptions(prior=prior, length_std=np.inf))

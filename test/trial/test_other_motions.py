@@ -3,6 +3,7 @@
 """What is not a free double pendulum's motion is said, and free swings are taken whatever their motors measure."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -29,6 +30,11 @@ def pendulum(gravity=40.0, friction=0.2, start=2.0):
     return found.y[0]
 
 
+def by_motors(time):
+    return 0.6 * np.sin(3.1 * time), 0.3 * np.cos(4.3 * time)
+
+
+@cache
 def double_pendulum(torques=lambda _: (0.0, 0.0), start=(2.0, -1.0)):
     """Return the angles of both rods (n, 2), from hanging, with torques [N m] in the joints."""
 
@@ -132,17 +138,18 @@ def test_a_free_swing_is_taken_whatever_efforts_its_motors_measure():
 
 @pytest.mark.parametrize("unit", [1.0, -20.0])
 def test_driven_joints_are_told_by_their_torques_in_any_unit(unit):
-    torques = np.column_stack([0.6 * np.sin(3.1 * TIMES), 0.3 * np.cos(4.3 * TIMES)])
-    angles = double_pendulum(lambda time: (0.6 * np.sin(3.1 * time), 0.3 * np.cos(4.3 * time)))
+    angles, torques = double_pendulum(by_motors), np.column_stack(by_motors(TIMES))
     with pytest.raises(TrialError, match="motors drive the joints"):
         find_trial(samples(angles, unit * torques), replace(HANGING, input="none"))
+
+
+def test_of_driven_joints_without_torques_is_said_that_a_hand_or_motors_may_move_them():
     with pytest.raises(TrialError, match="if a hand or motors move the rods"):
-        find_trial(samples(angles), HANGING)
+        find_trial(samples(double_pendulum(by_motors)), HANGING)
 
 
 def test_joints_that_are_driven_most_of_the_time_are_taken_with_their_torques():
-    torques = np.column_stack([0.6 * np.sin(3.1 * TIMES), 0.3 * np.cos(4.3 * TIMES)])
-    angles = double_pendulum(lambda time: (0.6 * np.sin(3.1 * time), 0.3 * np.cos(4.3 * time)))
+    angles, torques = double_pendulum(by_motors), np.column_stack(by_motors(TIMES))
     found = find_trial(samples(angles, torques), HANGING)
     assert found.trial.duration == pytest.approx(15.0, abs=0.01)
     assert found.trial.torques == pytest.approx(torques)
