@@ -62,7 +62,7 @@ def test_the_inner_zero_alone_half_a_turn_off_is_told_from_the_outer_s(swing):
         check(swing, lambda joints: joints + np.array([np.pi, -np.pi]))
 
 
-@pytest.mark.parametrize(("inner", "outer"), [(0.7, 0.0), (0.0, -1.2), (np.pi / 2, 0.3), (-2.4, 2.9)])
+@pytest.mark.parametrize(("inner", "outer"), [(0.7, 0.0), (0.0, -1.2), (-2.4, 2.9)])
 def test_zeros_that_are_anywhere_are_named_with_the_offsets_that_put_them_right(swing, inner, outer):
     def moved(joints):
         return joints - np.array([inner, outer])
