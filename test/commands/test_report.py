@@ -37,6 +37,7 @@ def test_drawn_again_of_numbers_and_curves_it_is_the_same_to_the_byte_and_old_fi
     assert [words in (folder / TEXT).read_text() for words in (f"]({FIGURES}/", "## Angles")] == 2 * [bool(options)]
     assert not (folder / FIGURES / "effect_9_cogging_torque_inner.svg").exists()
     assert (folder / FIGURES / "of_my_thesis.png").exists()
+    assert (len(list((folder / FIGURES).iterdir())) > 1) == bool(options)
 
 
 def test_curves_without_a_usable_number_are_drawn_as_far_as_they_go(folder):
