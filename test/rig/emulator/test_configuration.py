@@ -114,11 +114,8 @@ def test_air_drags_at_the_rod_and_not_at_its_weight(tmp_path):
     assert load_rig(path).effects.outer_length == NOMINAL["L"]
 
 
-def test_the_example_file_is_a_rig():
+def test_the_example_file_is_a_rig_and_names_the_default_drive(tmp_path):
     assert load_rig(ROOT / "config" / "emulated_rig.yaml").rate == 200.0
-
-
-def test_the_drive_that_the_example_file_names_is_the_default_one(tmp_path):
     example = (ROOT / "config" / "emulated_rig.yaml").read_text(encoding="utf-8")
     path = tmp_path / "rig.yaml"
     path.write_text(example.replace("# drive:", "drive:"))
@@ -166,8 +163,3 @@ def test_what_is_no_rig_is_refused_with_its_place(tmp_path, text, words):
     with pytest.raises(OptionError, match=r"rig\.yaml|no mechanism") as caught:
         load_rig(path)
     assert words in str(caught.value)
-
-
-def test_a_missing_file_is_told(tmp_path):
-    with pytest.raises(OptionError, match="cannot be read"):
-        load_rig(tmp_path / "none.yaml")

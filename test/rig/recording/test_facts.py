@@ -10,7 +10,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cdp_ident.bag.joint_state import serialize_joint_state
-from cdp_ident.model.weights import Weight
 from cdp_ident.rig.recording.detector import End
 from cdp_ident.rig.recording.facts import JointNames, Position, PositionReader, TrialFacts
 
@@ -35,39 +34,10 @@ def test_a_good_trial_has_no_warnings():
     assert all(isinstance(value, str) for value in metadata.values())
 
 
-def test_weights_are_kept_as_settings():
-    weighted = facts()
-    weighted.weights = (Weight("outer", 0.05, 0.3, 0.0, 0.0005, 0.001),)
-    expected = {"added.outer": [0.05, 0.3, 0.0], "added_std.outer": [0.0005, 0.001]}
-    assert json.loads(weighted.as_metadata(End.AT_REST, {})["added"]) == expected
-    assert facts().as_metadata(End.AT_REST, {})["added"] == ""
-
-
-@pytest.mark.parametrize(
-    ("bad", "words"),
-    [
-        (facts(cart_step=1e-5), "not zero-input: the cart moved by 0.01799 m"),
-        (facts(missing=frozenset({500, 501, 900})), "3 of 2000 samples are lost"),
-        (facts(count=1000), "too short to be useful: 4.0 s"),
-    ],
-)
-def test_what_makes_a_trial_less_useful_is_said(bad, words):
-    assert len(bad.warnings()) == 1
-    assert words in bad.warnings()[0]
-
-
 def test_stamps_that_went_back_are_said():
     set_back = facts()
     set_back.take(Position(9_800_000_000, 3.0, 0.0, None))
     assert set_back.warnings() == ["the stamps went back 1 times"]
-
-
-def test_an_uncertain_zero_is_said():
-    doubtful = facts()
-    doubtful.rig = {"zero": "none was ever taken"}
-    assert doubtful.warnings() == ["the zero is uncertain: none was ever taken"]
-    doubtful.rig = {"zero": "taken"}
-    assert doubtful.warnings() == []
 
 
 def test_a_cart_that_is_not_measured_is_not_said_to_be_at_rest():
