@@ -57,23 +57,38 @@ def test_its_position_is_the_integral_of_its_acceleration_whatever_is_asked_for(
     assert np.median(np.abs(curvature - accelerations[1:-1])) < 1e-3
 
 
+def commanded(acceleration):
+    """Return a cart that has obeyed for a quarter of a second."""
+    cart = DrivenCart(DRIVE)
+    for _ in range(50):
+        cart.command(acceleration)
+        cart.advance(TIMES)
+    return cart
+
+
+def brakes_to_rest(cart):
+    """Let half a second go by; return whether it has braked as hard as it can, and rests."""
+    obeyed = cart.obeys
+    positions, accelerations = zip(*(cart.advance(TIMES) for _ in range(100)), strict=True)
+    hardest, last = np.min(accelerations), np.abs(accelerations[-1]).max()
+    return not obeyed and hardest == pytest.approx(-10.0, rel=0.01) and last < 1e-6 and np.ptp(positions[-1]) < 1e-9
+
+
 def test_it_brakes_to_rest_when_commands_stop_and_not_before():
     silent = round(WATCHDOG_SECONDS / PERIOD)
-    cart = DrivenCart(DRIVE)
-    for _ in range(20):
-        cart.command(5.0)
-        cart.advance(TIMES)
+    cart = commanded(5.0)
     for _ in range(silent - 1):
         assert cart.obeys
         _, acceleration = cart.advance(TIMES)
     assert acceleration[-1] == pytest.approx(5.0, rel=0.01)
     cart.advance(TIMES)
-    assert not cart.obeys
-    braking = [cart.advance(TIMES) for _ in range(100)]
-    assert min(acceleration.min() for _, acceleration in braking) == pytest.approx(-10.0, rel=0.01)
-    at_rest, still = braking[-1]
-    assert np.ptp(at_rest) < 1e-9
-    assert np.abs(still).max() < 1e-6
+    assert brakes_to_rest(cart)
+
+
+def test_it_brakes_to_rest_when_the_device_was_reset():
+    cart = commanded(5.0)
+    cart.forget_command()
+    assert brakes_to_rest(cart)
 
 
 def test_it_stops_at_the_rail_s_end_and_comes_back():
