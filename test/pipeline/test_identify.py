@@ -111,8 +111,7 @@ def test_what_is_fitted_is_touched():
     assert not np.array_equal(identified().fit.values, other.fit.values)
 
 
-def test_the_same_seed_gives_the_same_result_and_another_one_the_same_basin():
-    assert_same_fit(identified(), identify(trials()[:2], trials()[2:], OPTIONS))
+def test_another_seed_leads_to_the_same_basin():
     other = identify(trials()[:2], trials()[2:], replace(OPTIONS, seed=2))
     assert other.search.history != identified().search.history
     assert other.fit.values == pytest.approx(identified().fit.values, rel=1e-4)
