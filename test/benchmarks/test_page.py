@@ -4,8 +4,6 @@
 
 import importlib
 
-import pytest
-
 from benchmarks import __main__ as command
 from benchmarks import _page
 from benchmarks._page import COMPARISONS, PAGE, Section, Surroundings, page, section, topics
@@ -72,13 +70,6 @@ def test_a_part_alone_leaves_the_page_as_it_is(monkeypatch, tmp_path, capsys):
 def test_an_unknown_name_is_refused(capsys):
     assert command.main(["serach"]) == 2
     assert "search" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("topic", COMPARISONS)
-def test_a_heading_begins_each_comparison_s_docstring(topic):
-    heading, text = _page.documented(topic)
-    assert heading.endswith(".")
-    assert text
 
 
 def test_what_went_wrong_is_said_in_a_line(monkeypatch):

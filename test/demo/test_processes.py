@@ -37,34 +37,6 @@ def test_a_signal_is_noticed_at_the_next_check_and_then_belongs_to_its_owner_aga
     assert signal.getsignal(signal.SIGTERM) is before
 
 
-def start_emulator(nodes, link):
-    nodes.start("emulator", "--link", str(link))
-    deadline = time.monotonic() + 60.0
-    while not link.is_symlink():
-        nodes.check()
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
-
-
-def fail_with_an_emulator(folder):
-    with Nodes(folder) as nodes:
-        start_emulator(nodes, folder / "port")
-        raise ZeroDivisionError
-
-
-def test_whatever_ends_the_block_no_node_runs_on(tmp_path):
-    with pytest.raises(ZeroDivisionError):
-        fail_with_an_emulator(tmp_path)
-    assert not (tmp_path / "port").is_symlink()  # it was unplugged
-
-
-def test_a_node_that_is_stopped_well_is_no_error(tmp_path):
-    with Nodes(tmp_path) as nodes:
-        start_emulator(nodes, tmp_path / "port")
-        nodes.stop("emulator")
-        nodes.check()
-
-
 def test_signals_that_are_ignored_stay_so(tmp_path):
     code = (
         "import os, signal, sys; from pathlib import Path; signal.signal(signal.SIGHUP, signal.SIG_IGN)\n"

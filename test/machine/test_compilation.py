@@ -220,9 +220,14 @@ NO_CACHE = """
 import resource, sys
 if sys.argv[1:]:
     resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))  # every file is full before its first byte
+import ctypes
 from cdp_ident.machine.compilation import compiled
 from cdp_ident.model.circular import sine_and_cosine
-print(compiled(lambda angle: sine_and_cosine(angle)[0])(0.5))
+from cdp_ident.model.formulas.machine_code import laws_in
+numbers = (ctypes.c_double * 1)(3.0)
+laws = laws_in("def doubled(z, p, sums, rows):\\n    rows[0] = 2.0*p[0]\\n")
+ctypes.CFUNCTYPE(None, *[ctypes.POINTER(ctypes.c_double)] * 4)(laws.of("doubled"))(*[numbers] * 4)
+print(compiled(lambda angle: sine_and_cosine(angle)[0])(0.5), numbers[0])
 """
 
 
@@ -231,18 +236,23 @@ print(compiled(lambda angle: sine_and_cosine(angle)[0])(0.5))
     [([], {"XDG_CACHE_HOME": "/proc/nowhere"}), (["full"], {}), ([], {"XDG_CACHE_HOME": "", "HOME": "/proc/nowhere"})],
     ids=["read-only", "full disk", "no home"],
 )
-def test_without_a_place_for_compiled_code_it_is_compiled_all_the_same(arguments, changed, tmp_path):
+def test_without_a_place_for_compiled_code_and_laws_all_is_made_all_the_same_and_nothing_left(
+    arguments, changed, tmp_path
+):
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
     kept = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"}
     done = subprocess.run(
         [sys.executable, "-c", NO_CACHE, *arguments],
-        env=kept | {"XDG_CACHE_HOME": str(tmp_path)} | changed,
+        env=kept | {"XDG_CACHE_HOME": str(tmp_path), "TMPDIR": str(temporary)} | changed,
         cwd=Path(__file__).parents[2],
         capture_output=True,
         text=True,
         check=False,
         timeout=300,
     )
-    assert (done.stdout, done.stderr) == (f"{np.sin(0.5)}\n", "")
+    assert (done.stdout, done.stderr) == (f"{np.sin(0.5)} 6.0\n", "")
+    assert not list(temporary.iterdir())
 
 
 def test_a_damaged_cache_is_compiled_anew(tmp_path, monkeypatch):

@@ -40,10 +40,6 @@ def test_an_error_in_any_part_reaches_the_caller(monkeypatch, broken):
         parallel.parallel_for(work, 2)
 
 
-def test_there_is_a_core():
-    assert parallel.core_count() >= 1
-
-
 @pytest.mark.parametrize("cores", [1, 2, 3])
 def test_results_come_in_the_order_of_the_items(monkeypatch, cores):
     monkeypatch.setattr(parallel, "core_count", lambda: cores)

@@ -85,6 +85,9 @@ def assert_derivatives_are_those_of_differences(effects, values, start, toleranc
         return np.concatenate([there.readings.ravel(), there.ends[0]])
 
     here = moved(0.0)
+    # Taking derivatives does not change the motion.
+    with_them = np.concatenate([found.readings.ravel(), found.ends[0]])
+    np.testing.assert_allclose(with_them, here, rtol=0, atol=1e-9)
     for direction, k in enumerate(free):
         if k >= before and (parameters[k - before].name, effects[-1].name) == ("time", "encoder_slip"):
             assert np.all(found.by[..., direction] == 0.0)  # it is a step, of which no derivative says anything

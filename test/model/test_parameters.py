@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from hypothesis import given
-from hypothesis import strategies as st
 
 from cdp_ident.errors import OptionError
 from cdp_ident.model.parameters import (
@@ -64,12 +63,6 @@ def test_groups_of_table_2_are_those_computed_by_hand():
     expected = [0.00864 / A22, 0.00565 / A22, 0.148 / A22, 0.00705 / A22, 0.00305 / A22]
     assert inertia_about_cart(chromosome(TABLE_2), 0.4) == pytest.approx(A22)
     np.testing.assert_allclose(groups_of(chromosome(TABLE_2), 0.4), expected, rtol=1e-12)
-
-
-@given(values=pendulums(), factor=st.floats(1e-3, 1e3))
-def test_groups_do_not_see_a_common_factor_of_masses_inertias_and_frictions(values, factor):
-    scaled = chromosome(values) * np.where(np.isin(SYMBOLS, ["l1", "l2"]), 1.0, factor)
-    np.testing.assert_allclose(groups_of(scaled, values["L"]), groups_of(chromosome(values), values["L"]), rtol=1e-12)
 
 
 @given(values=pendulums())

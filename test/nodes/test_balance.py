@@ -9,9 +9,7 @@ import importlib.util
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -32,7 +30,6 @@ script: [wait: 0.5, hold: {{theta1: %s, theta2: %s, within: 0.5}}, wait_for_comm
 """
 SLOWLY = ("--speed", "0.25")
 PULLED_AWAY = "let_go, wait: 2, hold: {theta1: 0.8, theta2: 0.8, within: 0.1}"
-Start = Callable[..., Any]
 
 
 @pytest.fixture

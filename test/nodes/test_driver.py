@@ -138,7 +138,7 @@ def test_a_kilohertz_comes_through_without_loss(listener, start_driver, start_em
 class Cart:
     """The cart of a rig, as who commands it sees it."""
 
-    RIG = "{rate: 100, drive: {speed: 0.2, rail: 0.1}, script: [wait: 1000]}"
+    RIG = "{rate: 100, drive: {speed: 0.2, rail: 2.0}, script: [wait: 1000]}"
 
     def __init__(self, listener):
         self.listener, self.commands = listener, listener.node.create_publisher(Float64, "cart_command", 10)
@@ -155,7 +155,7 @@ class Cart:
     def wait_until_it_rests(self):
         self.listener.joint_states.clear()
         self.listener.wait_for(lambda: len(self.positions) == 50 and np.ptp(self.positions) == 0.0)
-        assert abs(self.positions[-1]) <= 0.1
+        assert abs(self.positions[-1]) < 1.9, "it was stopped by the rail's end"
 
 
 def test_a_commanded_cart_stops_when_the_commands_stop_or_the_driver_is_killed(listener, start_driver, start_emulator):

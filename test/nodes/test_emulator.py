@@ -36,13 +36,6 @@ def test_a_port_that_cannot_come_back_ends_it_in_one_line(start_emulator, tmp_pa
     assert (tmp_path / "mine").read_text() == "mine"
 
 
-def test_help_tells_the_faults(start):
-    emulator = start("emulator", "--help")
-    assert emulator.exit_code() == 0
-    for words in ("--unplug-at", "/clock", "--ros-args", "example:"):
-        assert words in emulator.said
-
-
 @pytest.mark.campaign  # it compiles
 def test_ctrl_c_while_it_compiles_is_not_lost(start, tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Emulator, driver and recorder together."""
 
-import contextlib
 import json
 import math
 import signal
@@ -12,16 +11,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from mcap.exceptions import EndOfFile
-from mcap.records import Channel, Message
-from mcap.stream_reader import StreamReader
 from rclpy.duration import Duration
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rosbags.highlevel import AnyReader
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
-from cdp_ident.bag.joint_state import MESSAGE_TYPE, typestore
+from cdp_ident.bag.joint_state import typestore
 from cdp_ident.model.weights import Weight
 from cdp_ident.nodes.recorder import main
 from cdp_ident.ros.qos import latched
@@ -49,20 +45,6 @@ def stamps(bag):
             if connection.topic == "/joint_states"
         ]
     return np.array([message.header.stamp.sec * 10**9 + message.header.stamp.nanosec for message in messages])
-
-
-def last_written(unfinished):
-    """Return the latest stamp of what is in a bag's file by now, as a crash would leave it [ns]; 0 where nothing is."""
-    last = 0
-    with next(unfinished.glob("*.mcap")).open("rb") as stream, contextlib.suppress(EndOfFile):
-        channels = {}
-        for record in StreamReader(stream).records:
-            if isinstance(record, Channel):
-                channels[record.id] = record.topic
-            elif isinstance(record, Message) and channels[record.channel_id] == "/joint_states":
-                stamp = typestore().deserialize_cdr(record.data, MESSAGE_TYPE).header.stamp
-                last = max(last, stamp.sec * 10**9 + stamp.nanosec)
-    return last
 
 
 @pytest.fixture
@@ -170,7 +152,7 @@ def test_two_rigs_side_by_side_are_recorded_each_with_its_own_state(listener, st
         assert abs(trial.clock.fast) < 8.0 * trial.clock.std < 1.0
 
 
-@pytest.mark.parametrize("end", ["stop", signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("end", ["stop", signal.SIGTERM])
 def test_a_recorder_that_is_behind_takes_what_waits_before_it_ends(listener, start_recorder, end):
     recorder = start_recorder()
     publisher = listener.node.create_publisher(JointState, "joint_states", 5000)
@@ -250,32 +232,20 @@ def test_qos_overrides_are_honoured_or_refused(listener, start_driver):
     assert "sometimes" in wrong.said
 
 
-@pytest.mark.parametrize("delays", [(1.3,), pytest.param((1.3, 2.4), marks=pytest.mark.campaign)])
-def test_killed_it_loses_nothing_older_than_a_second_and_the_next_start_completes_the_bag(
-    listener, start_recorder, start_driver, start_emulator, tmp_path, delays
+def test_the_next_start_completes_the_bag_of_a_killed_one(
+    listener, start_recorder, start_driver, start_emulator, tmp_path
 ):
+    """How little is lost is in test_kill.py."""
     start_driver()
     start_emulator(rig="{rate: 100, script: [wait: 1000]}")
-    listener.wait_for(lambda: len(listener.joint_states) > 150)
-    killed = []
-    for delay in delays:
-        recorder = start_recorder()
-        while not (listener.call("/recorder/start")[0] or "started" in recorder.said):
-            time.sleep(0.1)
-        time.sleep(delay)
-        (bag,) = (folder for folder in (tmp_path / "trials").iterdir() if folder not in [bag for bag, _ in killed])
-        header = listener.joint_states[-1].header.stamp
-        received = header.sec * 10**9 + header.nanosec
-        # A second later; on a busy machine the recorder itself may be that far behind.
-        listener.wait_for(lambda bag=bag, received=received: last_written(bag) >= received)
-        recorder.end(signal.SIGKILL)
-        killed.append((bag, received))
-        assert not (bag / "metadata.yaml").exists()
+    recorder = start_recorder()
+    listener.wait_for(lambda: listener.call("/recorder/start")[0] or "started" in recorder.said)
+    ((file,),) = (list(bag.glob("*.mcap")) for bag in (tmp_path / "trials").iterdir())
+    for _ in range(2):
+        before = file.stat().st_size
+        listener.wait_for(lambda before=before: file.stat().st_size > before)
+    recorder.end(signal.SIGKILL)
+    assert not (file.parent / "metadata.yaml").exists()
     last = start_recorder()
     listener.wait_for(lambda: "completed" in last.said)
-    sent = {state.header.stamp.sec * 10**9 + state.header.stamp.nanosec for state in listener.joint_states}
-    for bag_folder, received_until in killed:
-        recorded = stamps(bag_folder)
-        assert recorded[-1] >= received_until
-        expected = np.array(sorted(stamp for stamp in sent if recorded[0] <= stamp <= recorded[-1]))
-        assert np.array_equal(recorded, expected)
+    assert len(stamps(file.parent)) > 10

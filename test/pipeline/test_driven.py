@@ -30,7 +30,8 @@ def by_motors():
 
 @pytest.fixture(scope="module")
 def by_cart():
-    return identify_and_trace([driven_by_cart(1), driven_by_cart(2)], [driven_by_cart(3)], IdentifyOptions())
+    options = IdentifyOptions(named_effects_only=True)  # quicker; beside motors, curves are looked for, too
+    return identify_and_trace([driven_by_cart(1), driven_by_cart(2)], [driven_by_cart(3)], options)
 
 
 def deviations(traced):

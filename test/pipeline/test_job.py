@@ -12,7 +12,7 @@ from rosbags.highlevel import AnyReader
 from cdp_ident.bag.joint_state import MESSAGE_TYPE, serialize_joint_state
 from cdp_ident.bag.writer import BagWriter
 from cdp_ident.configuration.settings import Settings
-from cdp_ident.errors import BagError, OptionError, TrialError
+from cdp_ident.errors import OptionError
 from cdp_ident.pipeline.job import load, run
 from cdp_ident.report.contents import report
 from cdp_ident.report.outcome import Job
@@ -51,15 +51,6 @@ def test_a_copy_of_a_bag_is_the_same_bag(tmp_path):
     shutil.copytree(WIDE, tmp_path / "other")
     with pytest.raises(OptionError, match="are the same bag"):
         load(job([WIDE], [tmp_path / "other"]))
-
-
-def test_what_is_no_bag_or_no_trial_is_refused(tmp_path):
-    with pytest.raises(BagError, match="nowhere"):
-        load(job([tmp_path / "nowhere"]))
-    with pytest.raises(BagError, match="no topic"):
-        load(job([WIDE], **{"trial.topic": "other"}))
-    with pytest.raises(TrialError, match="elbow"):
-        load(job([WIDE], **{"trial.inner_joint": "elbow"}))
 
 
 def test_a_sentence_ends_the_search_whose_best_is_refined_all_the_same():

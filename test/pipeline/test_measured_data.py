@@ -31,20 +31,13 @@ def swing():
     return Trial("multiarm_free_swing", time - time[0], np.column_stack([theta1, theta2]))
 
 
-def test_48_seconds_are_followed_more_closely_than_by_the_published_fit(swing):
-    # It leaves 3.83 mrad in pieces of 2.7 s.
+def test_48_seconds_are_followed_more_closely_than_by_the_published_fit_with_its_groups(swing):
     found = identify([swing], [], IdentifyOptions(prior=Prior(nominal=NOMINAL), length_std=np.inf, window=2.5))
     assert found.whole.converged
-    assert found.fit.rmse() < 3.8e-3
-
-
-@pytest.mark.parametrize(("window", "friction"), [(0.0, None), pytest.param(2.5, 0.0754, marks=pytest.mark.campaign)])
-def test_the_published_groups_are_found(swing, window, friction):
-    # Published, over A22: A23 0.4914, A33 0.5563, gravity terms 58.94 and 27.90 1/s^2, c1 0.0754. The rig's friction is
-    # not viscous alone: what c1 comes out as depends on how long each window is followed.
-    found = identify([swing], [], IdentifyOptions(prior=Prior(nominal=NOMINAL), length_std=np.inf, window=window))
-    a23, a33, a1, c1, _, length = found.fit.values
-    assert [a23, a33, 9.81 * a1, 9.81 * a23 / length] == pytest.approx([0.4914, 0.5563, 58.94, 27.90], rel=0.02)
-    assert friction is None or c1 == pytest.approx(friction, rel=0.35)
+    assert found.fit.rmse() < 3.8e-3  # the published fit leaves 3.83 mrad in pieces of 2.7 s
     assert fit_initial_states(found.fit.model, found.fit.values, found.data.holdout).rmse() < 4e-3
+    # Published, over A22: A23 0.4914, A33 0.5563, gravity terms 58.94 and 27.90 1/s^2; and c1 0.0754, though the rig's
+    # friction is not viscous alone.
+    a23, a33, a1, *_, length = found.fit.values
+    assert [a23, a33, 9.81 * a1, 9.81 * a23 / length] == pytest.approx([0.4914, 0.5563, 58.94, 27.90], rel=0.02)
     assert np.all(found.data.noise < 1e-4)

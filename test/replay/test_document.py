@@ -13,7 +13,7 @@ from cdp_ident.model.parameters import NOMINAL
 ROOT = Path(__file__).parents[2]
 
 
-def test_the_library_s_example_runs(tmp_path: Path) -> None:
+def test_the_library_s_example_runs(tmp_path):
     (tmp_path / "fitted.yaml").write_text(parameter_file(NOMINAL))
     found = re.search(r"```python\n(.*?)```", (ROOT / "docs/reference/simulator.md").read_text(), re.DOTALL)
     assert found

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
-from cdp_ident.configuration.fitted_model import FittedModel, fitted_model
+from cdp_ident.configuration.fitted_model import fitted_model
 from cdp_ident.model.parameters import NOMINAL
 from cdp_ident.replay.player import Player
 from cdp_ident.replay.scene import Frame
@@ -19,32 +18,32 @@ MODEL = fitted_model(NOMINAL, "test")
 class Ramp:
     """A scene in which the inner joint shows the time, the outer one which model is shown, the cart which run it is."""
 
-    def __init__(self, duration: float) -> None:
+    def __init__(self, duration):
         self.duration = duration
         self.model, self.run = 0.0, 0.0
 
-    def take_model(self, model: FittedModel, now: float) -> None:
+    def take_model(self, model, now):
         self.model = now
 
-    def restart(self) -> None:
+    def restart(self):
         self.run += 1.0
 
-    def frames(self, times: NDArray[np.float64]) -> list[Frame]:
+    def frames(self, times):
         return [Frame(time, (self.run, time, self.model)) for time in times.tolist()]
 
 
-def times_of(player: Player, count: int) -> list[float]:
+def times_of(player, count):
     frames = [player.next() for _ in range(count)]
     return [frame.time for frame in frames if frame is not None]
 
 
 @given(st.floats(1.0, 1000.0), st.floats(0.01, 100.0))
-def test_frames_are_evenly_spaced_and_do_not_drift(frequency: float, rate: float) -> None:
+def test_frames_are_evenly_spaced_and_do_not_drift(frequency, rate):
     player = Player(Ramp(np.inf), frequency, rate)
     assert times_of(player, 2000) == pytest.approx([k * rate / frequency for k in range(2000)], rel=1e-14)
 
 
-def test_another_rate_goes_on_from_the_next_frame() -> None:
+def test_another_rate_goes_on_from_the_next_frame():
     player = Player(Ramp(np.inf), 100.0)
     assert times_of(player, 3) == pytest.approx([0.0, 0.01, 0.02])
     player.take_rate(0.5)
@@ -52,7 +51,7 @@ def test_another_rate_goes_on_from_the_next_frame() -> None:
     assert player.played == pytest.approx(0.045)
 
 
-def test_it_ends_with_the_last_frame_that_the_scene_has() -> None:
+def test_it_ends_with_the_last_frame_that_the_scene_has():
     player = Player(Ramp(0.3), 10.0, loop=False)
     assert times_of(player, 4) == pytest.approx([0.0, 0.1, 0.2, 0.3])
     assert not player.finished
@@ -63,7 +62,7 @@ def test_it_ends_with_the_last_frame_that_the_scene_has() -> None:
     assert times_of(player, 1) == [0.0]
 
 
-def test_a_loop_that_is_asked_for_at_the_end_begins_at_once() -> None:
+def test_a_loop_that_is_asked_for_at_the_end_begins_at_once():
     player = Player(Ramp(0.1), 10.0, loop=False)
     assert [frame is None for frame in (player.next(), player.next(), player.next())] == [False, False, True]
     player.take_loop(True)
@@ -71,7 +70,7 @@ def test_a_loop_that_is_asked_for_at_the_end_begins_at_once() -> None:
     assert times_of(player, 1) == [0.0]
 
 
-def test_a_loop_goes_on_evenly_from_end_to_beginning() -> None:
+def test_a_loop_goes_on_evenly_from_end_to_beginning():
     player = Player(Ramp(0.25), 10.0)
     played = []
     for expected in (0.0, 0.1, 0.2, 0.0, 0.1, 0.2, 0.0):
@@ -82,7 +81,7 @@ def test_a_loop_goes_on_evenly_from_end_to_beginning() -> None:
     assert np.diff(played) == pytest.approx([0.1] * 6)
 
 
-def test_another_model_shows_in_the_very_next_frame() -> None:
+def test_another_model_shows_in_the_very_next_frame():
     player = Player(Ramp(np.inf), 10.0)
     times_of(player, 3)
     player.take_model(MODEL)
@@ -91,7 +90,7 @@ def test_another_model_shows_in_the_very_next_frame() -> None:
     assert (frame.time, frame.simulated[2]) == pytest.approx((0.3, 0.3))
 
 
-def test_a_restart_is_at_once() -> None:
+def test_a_restart_is_at_once():
     player = Player(Ramp(np.inf), 10.0)
     times_of(player, 3)
     player.restart()

@@ -9,7 +9,7 @@ from cdp_ident.replay.rate_timer import RateTimer
 
 
 @given(st.floats(1.0, 1000.0), st.lists(st.integers(0, 900_000_000), min_size=1, max_size=50))
-def test_deadlines_do_not_drift_however_late_each_is_met(frequency: float, late: list[int]) -> None:
+def test_deadlines_do_not_drift_however_late_each_is_met(frequency, late):
     timer, begin = RateTimer(frequency), 1_700_000_000_000_000_000
     now = begin
     for count, lateness in enumerate(late):
@@ -19,7 +19,7 @@ def test_deadlines_do_not_drift_however_late_each_is_met(frequency: float, late:
         now = deadline + lateness
 
 
-def test_after_a_second_without_looking_the_count_begins_anew() -> None:
+def test_after_a_second_without_looking_the_count_begins_anew():
     timer = RateTimer(100.0)
     assert timer.next_ns(5) == 5
     timer.advance()
@@ -28,7 +28,7 @@ def test_after_a_second_without_looking_the_count_begins_anew() -> None:
     assert timer.next_ns(100) == 100  # the clock was set back
 
 
-def test_it_can_be_told_to_begin_anew() -> None:
+def test_it_can_be_told_to_begin_anew():
     timer = RateTimer(100.0)
     timer.next_ns(0)
     timer.advance()

@@ -60,16 +60,6 @@ def test_the_effect_s_torque_is_that_of_its_formula(content, shown_curves):
     assert size == pytest.approx(HIDDEN_TORQUE, rel=0.2)
 
 
-def test_the_missing_torque_follows_the_effect_before_and_vanishes_after(shown_curves):
-    steps = []
-    for torques in (shown_curves.before, shown_curves.after):
-        slow = np.abs(torques.speed[:, 1]) < 4
-        forwards, backwards = slow & (torques.speed[:, 1] > 0.5), slow & (torques.speed[:, 1] < -0.5)
-        steps.append(torques.missing[backwards, 1].mean() - torques.missing[forwards, 1].mean())
-    assert steps[0] > HIDDEN_TORQUE
-    assert abs(steps[1]) < 0.02 * steps[0]
-
-
 def test_the_paper_s_model_s_torque_has_a_band_and_is_of_what_was_fitted(outcome, shown_curves):
     before, after = shown_curves.before, shown_curves.after
     assert np.all(before.std[:, 1] > 0)

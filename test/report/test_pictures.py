@@ -3,10 +3,8 @@
 """A report is drawn from its numbers and curves alone."""
 
 import re
-import shutil
 
-from cdp_ident.report.folder import CURVES, FIGURES, PAGE, REPORT, TEXT
-from cdp_ident.report.pictures import draw
+from cdp_ident.report.folder import FIGURES, PAGE, TEXT
 
 PICTURES = {
     "errors", "candidates", "angles_1_swing_wide", "angles_2_swing_folded", "angles_3_swing_check",
@@ -33,15 +31,3 @@ def test_the_text_has_the_verdict_the_numbers_and_links_to_figures_that_are_ther
     assert len(links) == len(PICTURES)
     assert all((report_folder / link).exists() for link in links)
     assert "dry friction (outer joint) | torque | 0.0336" in text
-
-
-def test_without_being_asked_for_no_figures_are_drawn_and_the_text_links_to_none(report_folder, read_content, tmp_path):
-    for name in (REPORT, CURVES):
-        shutil.copy(report_folder / name, tmp_path / name)
-    draw(tmp_path)
-    assert {path.name for path in tmp_path.iterdir()} == {REPORT, CURVES, PAGE, TEXT}
-    assert (tmp_path / PAGE).read_bytes() == (report_folder / PAGE).read_bytes()
-    text = (tmp_path / TEXT).read_text()
-    assert read_content["verdict"] in text
-    assert f"({FIGURES}/" not in text
-    assert "## Angles" not in text

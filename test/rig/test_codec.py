@@ -6,11 +6,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cdp_ident.rig.codec import BinaryCodec, ChecksumError, Codec, FrameError, TextCodec, checksum
+from cdp_ident.rig.codec import BinaryCodec, FrameError, TextCodec, checksum
 from cdp_ident.rig.decoder import LONGEST_FRAME
-from cdp_ident.rig.records import CartCommand, Hello, Record, Sample
+from cdp_ident.rig.records import CartCommand, Hello, Sample
 
-CODECS: list[Codec] = [BinaryCodec(), TextCodec()]
+CODECS = [BinaryCodec(), TextCodec()]
 UNSIGNED = st.integers(0, 2**32 - 1)
 POSITIVE = st.integers(1, 2**32 - 1)
 SIGNED = st.integers(-(2**31), 2**31 - 1)
@@ -18,16 +18,15 @@ SAMPLES = st.builds(Sample, UNSIGNED, UNSIGNED, SIGNED, SIGNED, SIGNED, st.integ
 FIRMWARE = st.text(st.sampled_from([chr(code) for code in range(32, 127) if chr(code) not in ",*"]), max_size=32)
 HELLOS = st.builds(Hello, POSITIVE, POSITIVE, POSITIVE, FIRMWARE)
 RECORDS = SAMPLES | HELLOS | st.builds(CartCommand, UNSIGNED, SIGNED)
-SAMPLE = Sample(7, 1000000, 0, -2, 4000, 0)
 
 
-def test_the_checksum_is_the_documented_one() -> None:
+def test_the_checksum_is_the_documented_one():
     assert checksum(b"123456789") == 0x29B1
 
 
 @pytest.mark.parametrize("codec", CODECS, ids=lambda codec: codec.name)
 @given(record=RECORDS)
-def test_every_record_survives_the_way_there_and_back(codec: Codec, record: Record) -> None:
+def test_every_record_survives_the_way_there_and_back(codec, record):
     frame = codec.encode(record)
     assert frame.endswith(codec.delimiter)
     assert codec.delimiter not in frame[:-1]
@@ -37,7 +36,7 @@ def test_every_record_survives_the_way_there_and_back(codec: Codec, record: Reco
 
 @pytest.mark.parametrize("codec", CODECS, ids=lambda codec: codec.name)
 @given(frame=st.binary(max_size=200))
-def test_arbitrary_bytes_are_a_frame_error_or_a_record(codec: Codec, frame: bytes) -> None:
+def test_arbitrary_bytes_are_a_frame_error_or_a_record(codec, frame):
     try:
         codec.decode(frame)
     except FrameError:
@@ -46,9 +45,7 @@ def test_arbitrary_bytes_are_a_frame_error_or_a_record(codec: Codec, frame: byte
 
 @pytest.mark.parametrize("codec", CODECS, ids=lambda codec: codec.name)
 @given(record=RECORDS, data=st.data())
-def test_one_flipped_bit_of_the_text_and_of_a_frame_without_zeros_never_passes(
-    codec: Codec, record: Record, data: st.DataObject
-) -> None:
+def test_one_flipped_bit_of_the_text_and_of_a_frame_without_zeros_never_passes(codec, record, data):
     frame = bytearray(codec.encode(record)[:-1])
     place = data.draw(st.integers(0, len(frame) * 8 - 1))
     frame[place // 8] ^= 1 << place % 8
@@ -78,17 +75,7 @@ def test_one_flipped_bit_of_the_text_and_of_a_frame_without_zeros_never_passes(
         b"H1,1000,8000,8000," + b"x" * 33,
     ],
 )
-def test_a_line_with_a_right_checksum_but_wrong_fields_is_refused(line: bytes) -> None:
+def test_a_line_with_a_right_checksum_but_wrong_fields_is_refused(line):
     with pytest.raises(FrameError) as caught:
         TextCodec().decode(b"$%s*%04X\r" % (line, checksum(line)))
-    assert caught.type is FrameError
-
-
-@pytest.mark.parametrize("codec", CODECS, ids=lambda codec: codec.name)
-def test_a_wrong_checksum_is_told_apart_from_a_wrong_form(codec: Codec) -> None:
-    frame = codec.encode(SAMPLE)[:-1]
-    with pytest.raises(ChecksumError):
-        codec.decode(frame[:-1] + bytes([frame[-1] ^ 1]) if codec.name == "binary" else frame.replace(b"4000", b"4001"))
-    with pytest.raises(FrameError) as caught:
-        codec.decode(frame[: len(frame) // 8])
     assert caught.type is FrameError

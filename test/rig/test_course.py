@@ -14,7 +14,7 @@ from cdp_ident.rig.decoder import Decoder, Restart
 from cdp_ident.rig.records import Sample
 
 
-def swing(number: int, rate: float = 200.0, jitter: int = 0) -> Sample:
+def swing(number, rate=200.0, jitter=0):
     """Return a sample of a pendulum that swings widely; 8000 counts a turn."""
     t = number / rate
     return Sample(
@@ -26,14 +26,14 @@ def swing(number: int, rate: float = 200.0, jitter: int = 0) -> Sample:
     )
 
 
-def course(count: int = 50) -> Course:
+def course(count=50):
     result = Course()
     for number in range(count):
         result.take(swing(number))
     return result
 
 
-def test_a_swing_is_foretold_also_a_few_readings_on() -> None:
+def test_a_swing_is_foretold_also_a_few_readings_on():
     for steps in range(1, 6):
         assert course().predicts(swing(49 + steps))
 
@@ -43,12 +43,12 @@ def test_a_swing_is_foretold_also_a_few_readings_on() -> None:
     [{"time_us": 2000}, {"time_us": -2000}, {"inner": 30}, {"outer": -300}, {"cart": 2**20}, {"sequence": 200}],
     ids=str,
 )
-def test_one_number_that_is_off_is_not(change: dict[str, int]) -> None:
+def test_one_number_that_is_off_is_not(change):
     good = swing(50)
     assert not course().predicts(good._replace(**{name: getattr(good, name) + by for name, by in change.items()}))
 
 
-def test_a_device_that_reads_irregularly_has_a_wider_course() -> None:
+def test_a_device_that_reads_irregularly_has_a_wider_course():
     generator, irregular = random.Random(1), Course()
     for number in range(50):
         irregular.take(swing(number, jitter=generator.randint(0, 1500)))
@@ -56,12 +56,12 @@ def test_a_device_that_reads_irregularly_has_a_wider_course() -> None:
     assert not irregular.predicts(swing(50, jitter=500_000))
 
 
-def pass_on(*samples: Sample) -> tuple[list[object], Decoder]:
+def pass_on(*samples):
     decoder = Decoder(BinaryCodec())
     return [event for sample in samples for event in decoder.feed(BinaryCodec().encode(sample))], decoder
 
 
-def test_an_impulse_is_passed_on_whole() -> None:
+def test_an_impulse_is_passed_on_whole():
     """A rod that is hit, or counts that slip: the samples that follow go on from there."""
     before = [swing(number) for number in range(50)]
     after = [swing(number)._replace(inner=swing(number).inner + 700) for number in range(50, 100)]
@@ -70,7 +70,7 @@ def test_an_impulse_is_passed_on_whole() -> None:
     assert (decoder.counters.resets, decoder.counters.lost) == (0, 0)
 
 
-def test_a_device_that_paused_was_not_reset() -> None:
+def test_a_device_that_paused_was_not_reset():
     before = [swing(number) for number in range(50)]
     after = [swing(number)._replace(time_us=swing(number).time_us + 900_000) for number in range(50, 100)]
     events, decoder = pass_on(*before, *after)
@@ -80,7 +80,7 @@ def test_a_device_that_paused_was_not_reset() -> None:
 
 @pytest.mark.parametrize("rate", [200.0, 1000.0])
 @pytest.mark.parametrize("pause", [2e3, 5e3, 2e4], ids="{:g}us".format)
-def test_a_device_that_makes_up_for_pauses_was_not_reset(rate: float, pause: float) -> None:
+def test_a_device_that_makes_up_for_pauses_was_not_reset(rate, pause):
     generator, now, samples = random.Random(1), 0.0, []
     for number in range(10_000):
         late = generator.expovariate(1.0 / pause) if generator.random() < 0.05 else 0.0
@@ -90,7 +90,7 @@ def test_a_device_that_makes_up_for_pauses_was_not_reset(rate: float, pause: flo
     assert decoder.counters.resets == 0
 
 
-def garbled(body: bytes, generator: random.Random) -> bytes:
+def garbled(body, generator):
     """Return a frame's body with a burst, a few bytes or a few bits changed."""
     result = bytearray(body)
     kind, place = generator.randrange(3), generator.randrange(len(body))
@@ -104,7 +104,7 @@ def garbled(body: bytes, generator: random.Random) -> bytes:
 
 
 @pytest.mark.parametrize("rate", [200.0, 1000.0])
-def test_of_damaged_frames_whose_checksum_matches_hardly_any_is_published_wrong(rate: float) -> None:
+def test_of_damaged_frames_whose_checksum_matches_hardly_any_is_published_wrong(rate):
     """A CRC-16 lets one damaged frame in 65536 through: here all of them."""
     generator, decoder = random.Random(1), Decoder(BinaryCodec())
     damaged, wrong, resets = 2000, 0, 0

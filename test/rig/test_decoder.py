@@ -8,16 +8,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cdp_ident.rig.codec import BinaryCodec, Codec, TextCodec
-from cdp_ident.rig.decoder import LONGEST_FRAME, Decoder, Event, Restart
-from cdp_ident.rig.records import CartCommand, Hello, Record, Sample, signed_32
+from cdp_ident.rig.codec import BinaryCodec, TextCodec
+from cdp_ident.rig.decoder import LONGEST_FRAME, Decoder, Restart
+from cdp_ident.rig.records import CartCommand, Hello, Sample, signed_32
 
-CODECS: list[Codec] = [BinaryCodec(), TextCodec()]
+CODECS = [BinaryCodec(), TextCodec()]
 both = pytest.mark.parametrize("codec", CODECS, ids=lambda codec: codec.name)
 HELLO = Hello(1000, 8000, 8000, "rig 1.0")
 
 
-def run(first: int = 0, count: int = 50, time_us: int = 5000) -> list[Sample]:
+def run(first=0, count=50, time_us=5000):
     """Return what a device sends from a sequence number and a time on."""
     numbers = range(first, first + count)
     return [
@@ -26,11 +26,11 @@ def run(first: int = 0, count: int = 50, time_us: int = 5000) -> list[Sample]:
     ]
 
 
-def stream(codec: Codec, *records: Record) -> bytes:
+def stream(codec, *records):
     return b"".join(codec.encode(record) for record in records)
 
 
-def feed_in_pieces(decoder: Decoder, data: bytes, generator: random.Random) -> list[Event]:
+def feed_in_pieces(decoder, data, generator):
     events = []
     while data:
         size = generator.randint(1, 90)
@@ -40,7 +40,7 @@ def feed_in_pieces(decoder: Decoder, data: bytes, generator: random.Random) -> l
 
 
 @both
-def test_a_command_that_comes_back_is_no_frame_of_a_rig(codec: Codec) -> None:
+def test_a_command_that_comes_back_is_no_frame_of_a_rig(codec):
     decoder = Decoder(codec)
     assert decoder.feed(stream(codec, HELLO, CartCommand(1, 5))) == [HELLO]
     assert decoder.counters.malformed == 1
@@ -48,9 +48,7 @@ def test_a_command_that_comes_back_is_no_frame_of_a_rig(codec: Codec) -> None:
 
 @both
 @given(seed=st.integers(), first=st.integers(0, 2**32 - 1), time_us=st.integers(0, 2**32 - 1))
-def test_an_intact_stream_comes_through_whole_however_it_is_cut(
-    codec: Codec, seed: int, first: int, time_us: int
-) -> None:
+def test_an_intact_stream_comes_through_whole_however_it_is_cut(codec, seed, first, time_us):
     decoder = Decoder(codec)
     sent = run(first, 50, time_us)
     data = stream(codec, HELLO, *sent, HELLO)
@@ -63,9 +61,7 @@ def test_an_intact_stream_comes_through_whole_however_it_is_cut(
 
 @both
 @given(pieces=st.lists(st.binary(max_size=400)))
-def test_arbitrary_bytes_never_raise_and_an_intact_stream_after_them_comes_through(
-    codec: Codec, pieces: list[bytes]
-) -> None:
+def test_arbitrary_bytes_never_raise_and_an_intact_stream_after_them_comes_through(codec, pieces):
     decoder = Decoder(codec)
     for piece in pieces:
         decoder.feed(piece)
@@ -77,7 +73,7 @@ def test_arbitrary_bytes_never_raise_and_an_intact_stream_after_them_comes_throu
 @both
 @settings(derandomize=True)  # one damaged frame in 65536 passes a CRC-16: a fixed choice of cases keeps to the others
 @given(data=st.data())
-def test_flips_cuts_and_insertions_lose_only_what_they_touch(codec: Codec, data: st.DataObject) -> None:
+def test_flips_cuts_and_insertions_lose_only_what_they_touch(codec, data):
     sent = run()
     frames = [codec.encode(sample) for sample in sent]
     damaged = data.draw(st.sets(st.integers(2, 47), max_size=6))
@@ -104,7 +100,7 @@ def test_flips_cuts_and_insertions_lose_only_what_they_touch(codec: Codec, data:
 
 
 @both
-def test_a_flipped_bit_is_counted_as_bad_checksum_and_as_one_lost(codec: Codec) -> None:
+def test_a_flipped_bit_is_counted_as_bad_checksum_and_as_one_lost(codec):
     sent = run()
     frames = [codec.encode(sample) for sample in sent]
     right, wrong = (b"25000", b"25001") if codec.name == "text" else (b"\xa8\x61", b"\xa9\x61")  # the time
@@ -116,7 +112,7 @@ def test_a_flipped_bit_is_counted_as_bad_checksum_and_as_one_lost(codec: Codec) 
 
 
 @both
-def test_bytes_without_a_delimiter_are_not_hoarded(codec: Codec) -> None:
+def test_bytes_without_a_delimiter_are_not_hoarded(codec):
     decoder = Decoder(codec)
     decoder.feed(codec.delimiter)
     for _ in range(1000):
@@ -128,7 +124,7 @@ def test_bytes_without_a_delimiter_are_not_hoarded(codec: Codec) -> None:
 
 
 @both
-def test_joining_a_running_stream_in_the_middle_of_a_frame_is_no_error(codec: Codec) -> None:
+def test_joining_a_running_stream_in_the_middle_of_a_frame_is_no_error(codec):
     sent = run()
     decoder = Decoder(codec)
     assert decoder.feed(stream(codec, *sent)[9:]) == sent[1:]
@@ -136,7 +132,7 @@ def test_joining_a_running_stream_in_the_middle_of_a_frame_is_no_error(codec: Co
 
 
 @both
-def test_lost_and_repeated_samples_are_counted(codec: Codec) -> None:
+def test_lost_and_repeated_samples_are_counted(codec):
     sent = run()
     decoder = Decoder(codec)
     arrived = [sent[0], sent[0], *sent[1:10], sent[5], sent[9], *sent[15:50]]
@@ -146,7 +142,7 @@ def test_lost_and_repeated_samples_are_counted(codec: Codec) -> None:
 
 @both
 @pytest.mark.parametrize(("first", "time_us"), [(0, 3000), (7, 3000), (2**31, 2**31), (2**32 - 60, 2**32 - 9000)])
-def test_a_reset_is_told_once_and_loses_nothing(codec: Codec, first: int, time_us: int) -> None:
+def test_a_reset_is_told_once_and_loses_nothing(codec, first, time_us):
     before, after = run(first, 50, time_us), run(0, 50, 2000)
     decoder = Decoder(codec)
     assert decoder.feed(stream(codec, *before, *after)) == [*before, Restart(), *after]
@@ -154,7 +150,7 @@ def test_a_reset_is_told_once_and_loses_nothing(codec: Codec, first: int, time_u
 
 
 @both
-def test_one_sample_that_claims_an_impossible_jump_is_no_reset(codec: Codec) -> None:
+def test_one_sample_that_claims_an_impossible_jump_is_no_reset(codec):
     sent = run()
     liar = Sample(3_000_000_000, 17, 0, 0, 0)
     decoder = Decoder(codec)
@@ -163,7 +159,7 @@ def test_one_sample_that_claims_an_impossible_jump_is_no_reset(codec: Codec) -> 
 
 
 @both
-def test_counters_and_sequence_go_on_where_they_were_after_the_port_was_opened_anew(codec: Codec) -> None:
+def test_counters_and_sequence_go_on_where_they_were_after_the_port_was_opened_anew(codec):
     sent = run()
     decoder = Decoder(codec)
     events = decoder.feed(stream(codec, *sent[:20])[:-4])

@@ -2,11 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The mapping of clocks against delays of the kinds that serial lines and USB have."""
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from cdp_ident.rig.device_clock import DeviceClock
 
@@ -14,11 +11,11 @@ ROLL_OVER_US = 2**32
 EPOCH_NS = 1_760_000_000_000_000_000
 
 
-def stamps(device_us: NDArray[np.int64], arrivals_ns: NDArray[np.int64]) -> tuple[NDArray[np.int64], list[int]]:
+def stamps(device_us, arrivals_ns):
     """Return the stamp of each sample as the driver makes it, and where the fit was started anew."""
     clock = DeviceClock()
-    result: list[int] = []
-    waiting: list[int] = []
+    result = []
+    waiting = []
     restarted = []
     for index, (time_us, arrival) in enumerate(
         zip((device_us % ROLL_OVER_US).tolist(), arrivals_ns.tolist(), strict=True)
@@ -37,19 +34,18 @@ def stamps(device_us: NDArray[np.int64], arrivals_ns: NDArray[np.int64]) -> tupl
     return np.array(result), restarted
 
 
-def line(seconds: float, rate: float, skew: float, start_us: int = 0) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+def line(seconds, rate, skew, start_us=0):
     """Return device times [us] and the host's true times [s] of a device whose clock is fast by `skew`."""
     true = np.arange(int(seconds * rate)) / rate
     return start_us + np.round(true * (1 + skew) * 1e6).astype(np.int64), true
 
 
-def arrive(true: NDArray[np.float64], delay: NDArray[np.float64]) -> NDArray[np.int64]:
+def arrive(true, delay):
     """Return arrival times [ns]: a message waits behind those before it."""
     return EPOCH_NS + np.round(np.maximum.accumulate(true + delay) * 1e9).astype(np.int64)
 
 
-Delays = Callable[[np.random.Generator, NDArray[np.float64]], NDArray[np.float64]]
-DELAYS: dict[str, Delays] = {
+DELAYS = {
     "uniform": lambda generator, true: generator.uniform(0.0, 0.015, len(true)),
     "usb frames of 16 ms": lambda _, true: 0.016 - true % 0.016,
     "mostly late": lambda generator, true: 0.015 * generator.beta(4.0, 1.5, len(true)),
@@ -60,7 +56,7 @@ DELAYS: dict[str, Delays] = {
 @pytest.mark.parametrize("skew", [0.0, 1e-4, -1e-4])
 @pytest.mark.parametrize("rate", [200.0, 1000.0])
 @pytest.mark.parametrize("kind", DELAYS)
-def test_stamps_keep_the_devices_even_spacing_while_arrivals_jitter(kind: str, rate: float, skew: float) -> None:
+def test_stamps_keep_the_devices_even_spacing_while_arrivals_jitter(kind, rate, skew):
     device, true = line(40.0, rate, skew, start_us=ROLL_OVER_US - 9_000_000)
     arrivals = arrive(true, DELAYS[kind](np.random.default_rng(1), true))
     result, restarted = stamps(device, arrivals)
@@ -73,7 +69,7 @@ def test_stamps_keep_the_devices_even_spacing_while_arrivals_jitter(kind: str, r
     assert np.ptp(error[int(10 * rate) :]) < 4e-3
 
 
-def test_a_backlog_that_is_caught_up_at_first_is_not_taken_for_the_clock() -> None:
+def test_a_backlog_that_is_caught_up_at_first_is_not_taken_for_the_clock():
     device, true = line(20.0, 200.0, 0.0)
     delay = np.maximum(0.4 - 0.35 * true, 0.0) + np.random.default_rng(6).uniform(0.0, 0.01, len(true))
     result, restarted = stamps(device, arrive(true, delay))
@@ -82,7 +78,7 @@ def test_a_backlog_that_is_caught_up_at_first_is_not_taken_for_the_clock() -> No
     assert np.abs((result - EPOCH_NS) * 1e-9 - true).max() < 4e-3
 
 
-def test_a_ceramic_resonator_is_followed() -> None:
+def test_a_ceramic_resonator_is_followed():
     device, true = line(60.0, 500.0, 4e-3)
     arrivals = arrive(true, np.random.default_rng(2).uniform(0.0, 0.01, len(true)))
     result, _ = stamps(device, arrivals)
@@ -91,7 +87,7 @@ def test_a_ceramic_resonator_is_followed() -> None:
     assert slope == pytest.approx(1.0, abs=2e-4)
 
 
-def test_a_silence_restarts_the_fit_and_stamps_go_on_at_the_right_time() -> None:
+def test_a_silence_restarts_the_fit_and_stamps_go_on_at_the_right_time():
     device, true = line(30.0, 500.0, 5e-5)
     keep = (true < 10.0) | (true > 12.0)
     device, true = device[keep], true[keep]
@@ -103,7 +99,7 @@ def test_a_silence_restarts_the_fit_and_stamps_go_on_at_the_right_time() -> None
 
 
 @pytest.mark.parametrize("step", [-0.5, 0.5])
-def test_a_host_clock_that_is_set_restarts_the_fit(step: float) -> None:
+def test_a_host_clock_that_is_set_restarts_the_fit(step):
     device, true = line(30.0, 500.0, 0.0)
     true = true + step * (true > 10.0)
     result, restarted = stamps(device, EPOCH_NS + np.round(true * 1e9).astype(np.int64))
@@ -113,7 +109,7 @@ def test_a_host_clock_that_is_set_restarts_the_fit(step: float) -> None:
     assert np.abs(error[10000:]).max() < 1e-3
 
 
-def test_a_stall_that_is_caught_up_is_only_a_delay() -> None:
+def test_a_stall_that_is_caught_up_is_only_a_delay():
     device, true = line(20.0, 500.0, 0.0)
     delay = np.where((true > 10.0) & (true < 12.0), 12.0 - true, 0.0)
     result, restarted = stamps(device, arrive(true, delay))
@@ -121,12 +117,12 @@ def test_a_stall_that_is_caught_up_is_only_a_delay() -> None:
     assert np.abs((result - EPOCH_NS) * 1e-9 - true).max() < 1e-3
 
 
-def test_nothing_is_stamped_before_anything_was_observed() -> None:
+def test_nothing_is_stamped_before_anything_was_observed():
     with pytest.raises(ValueError, match="nothing observed"):
         DeviceClock().times(0)
 
 
-def test_a_simulated_host_clock_that_goes_in_late_steps_gives_even_stamps() -> None:
+def test_a_simulated_host_clock_that_goes_in_late_steps_gives_even_stamps():
     device, true = line(30.0, 200.0, 0.0)
     generator = np.random.default_rng(4)
     steps = np.floor(true / 0.04) * 0.04 - 0.5 * (generator.random(len(true)) < 0.01)
@@ -145,7 +141,7 @@ def test_a_simulated_host_clock_that_goes_in_late_steps_gives_even_stamps() -> N
 
 @pytest.mark.parametrize("skew", [0.0, 5e-5, -5e-3])
 @pytest.mark.parametrize("kind", ["uniform", "bursts"])
-def test_the_rate_that_is_told_is_as_good_as_it_says(kind: str, skew: float) -> None:
+def test_the_rate_that_is_told_is_as_good_as_it_says(kind, skew):
     off = []
     for seed in range(20):
         device, true = line(10.0 + seed, 200.0, skew)
@@ -160,7 +156,7 @@ def test_the_rate_that_is_told_is_as_good_as_it_says(kind: str, skew: float) -> 
     assert 0.4 < np.sqrt(np.mean(np.square(off))) < 1.6
 
 
-def test_no_rate_is_told_before_enough_was_seen_and_none_but_one_of_a_simulated_clock() -> None:
+def test_no_rate_is_told_before_enough_was_seen_and_none_but_one_of_a_simulated_clock():
     clock, simulated = DeviceClock(), DeviceClock(simulated=True)
     for number in range(800):
         clock.observe(number * 5000, EPOCH_NS + number * 5_000_000)
@@ -168,7 +164,7 @@ def test_no_rate_is_told_before_enough_was_seen_and_none_but_one_of_a_simulated_
     assert simulated.rate() == (0.0, 0.0)
 
 
-def test_the_devices_own_time_counts_roll_overs() -> None:
+def test_the_devices_own_time_counts_roll_overs():
     clock = DeviceClock()
     first = ROLL_OVER_US - 1_000_000
     for number in range(400):

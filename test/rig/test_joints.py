@@ -18,18 +18,18 @@ AS_FAST_AS_IT_LIKES = replace(CALIBRATION, cart_slew_limit=1e9, inner_slew_limit
 COUNTS = st.integers(-(2**31), 2**31 - 1)
 
 
-def sample(step: int, cart: int = 0, inner: int = 0, outer: int = 0) -> Sample:
-    def wrapped(count: int) -> int:
+def sample(step, cart=0, inner=0, outer=0):
+    def wrapped(count):
         return (count + 2**31) % 2**32 - 2**31
 
     return Sample(step, step * 1000, wrapped(cart), wrapped(inner), wrapped(outer))
 
 
-def tracker(calibration: Calibration = CALIBRATION, zero: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> JointTracker:
+def tracker(calibration=CALIBRATION, zero=(0.0, 0.0, 0.0)):
     return JointTracker(calibration.scales(None), calibration, zero)
 
 
-def test_the_zero_is_hanging_and_a_turn_is_the_counts_per_turn() -> None:
+def test_the_zero_is_hanging_and_a_turn_is_the_counts_per_turn():
     joints = tracker(AS_FAST_AS_IT_LIKES, (10.0, -20.5, 30.0))
     assert joints.positions(sample(0, 10, -20, 30)) == pytest.approx((0.0, math.pi + math.tau * 0.5 / 4000, 0.0))
     assert joints.positions(sample(1, 110, 3980, -7970)) == pytest.approx(
@@ -37,7 +37,7 @@ def test_the_zero_is_hanging_and_a_turn_is_the_counts_per_turn() -> None:
     )
 
 
-def test_signs_turn_directions_round() -> None:
+def test_signs_turn_directions_round():
     joints = tracker(replace(CALIBRATION, cart_sign=-1, inner_sign=-1, outer_sign=-1))
     assert joints.positions(sample(0, 100, 2, 4)) == pytest.approx(
         (-0.01, math.pi - math.tau * 2 / 4000, -math.tau * 4 / 8000)
@@ -45,7 +45,7 @@ def test_signs_turn_directions_round() -> None:
 
 
 @given(zero=st.tuples(COUNTS, COUNTS, COUNTS), steps=st.lists(st.integers(-300, 300), min_size=1, max_size=50))
-def test_positions_do_not_notice_that_counters_roll_over(zero: tuple[int, int, int], steps: list[int]) -> None:
+def test_positions_do_not_notice_that_counters_roll_over(zero, steps):
     joints = tracker(
         zero=(float(zero[0]), float(zero[1]), float(zero[2])),
         calibration=AS_FAST_AS_IT_LIKES,
@@ -59,7 +59,7 @@ def test_positions_do_not_notice_that_counters_roll_over(zero: tuple[int, int, i
         )
 
 
-def test_one_impossible_jump_is_dropped_and_what_follows_is_untouched() -> None:
+def test_one_impossible_jump_is_dropped_and_what_follows_is_untouched():
     joints = tracker()
     inner = [joints.positions(sample(step, inner=count)) for step, count in enumerate([0, 1, 2000, 2, 3])]
     assert [position is None for position in inner] == [False, False, True, False, False]
@@ -67,14 +67,14 @@ def test_one_impossible_jump_is_dropped_and_what_follows_is_untouched() -> None:
     assert joints.jumps_dropped == 1
 
 
-def test_a_jump_that_lasts_is_believed_after_three_samples() -> None:
+def test_a_jump_that_lasts_is_believed_after_three_samples():
     joints = tracker()
     inner = [joints.positions(sample(step, inner=count)) for step, count in enumerate([0, 1, 2000, 2001, 2002, 2003])]
     assert [position is None for position in inner] == [False, False, True, True, False, False]
     assert joints.jumps_dropped == 2
 
 
-def test_arbitrary_jumps_that_never_agree_are_all_dropped() -> None:
+def test_arbitrary_jumps_that_never_agree_are_all_dropped():
     joints = tracker()
     counts = [0, 5000, -9000, 700_000, 3, -80_000, 4]
     assert [joints.positions(sample(step, inner=count)) is None for step, count in enumerate(counts)] == [
@@ -82,14 +82,14 @@ def test_arbitrary_jumps_that_never_agree_are_all_dropped() -> None:
     ]  # fmt: skip
 
 
-def test_resting_counts_are_the_mean_of_the_last_second() -> None:
+def test_resting_counts_are_the_mean_of_the_last_second():
     joints = tracker()
     for step in range(3000):
         joints.positions(sample(step, 7, 100 + step // 1500, step % 2))
     assert joints.resting_counts() == pytest.approx((7.0, 101.0, 0.5), abs=1e-3)
 
 
-def test_zeroing_is_refused_while_a_joint_moves_and_the_message_says_which_and_how_far() -> None:
+def test_zeroing_is_refused_while_a_joint_moves_and_the_message_says_which_and_how_far():
     joints = tracker()
     for step in range(1500):
         joints.positions(sample(step, outer=step // 40))
@@ -97,7 +97,7 @@ def test_zeroing_is_refused_while_a_joint_moves_and_the_message_says_which_and_h
         joints.resting_counts()
 
 
-def test_zeroing_is_refused_before_a_second_was_seen() -> None:
+def test_zeroing_is_refused_before_a_second_was_seen():
     joints = tracker()
     with pytest.raises(RigError, match="less than 1 s"):
         joints.resting_counts()
@@ -107,7 +107,7 @@ def test_zeroing_is_refused_before_a_second_was_seen() -> None:
         joints.resting_counts()
 
 
-def test_the_greeting_tells_the_counts_that_the_user_did_not() -> None:
+def test_the_greeting_tells_the_counts_that_the_user_did_not():
     hello = Hello(1000, 500, 600, "")
     half = replace(CALIBRATION, outer_counts_per_turn=0)
     assert half.counts_per_turn(hello) == (4000, 600)

@@ -10,8 +10,8 @@ import pytest
 from cdp_ident.errors import RigError
 from cdp_ident.rig.codec import BinaryCodec
 from cdp_ident.rig.joints import Calibration
-from cdp_ident.rig.measurement import Measurement, MeasurementStream
-from cdp_ident.rig.records import Hello, Record, Sample, Status
+from cdp_ident.rig.measurement import MeasurementStream
+from cdp_ident.rig.records import Hello, Sample, Status
 from cdp_ident.rig.zero import Zero
 
 EPOCH_NS = 1_760_000_000_000_000_000
@@ -22,25 +22,25 @@ TOLD = Calibration(inner_counts_per_turn=8000, outer_counts_per_turn=8000)
 class Rig:
     """Sends records to a stream, one each 5 ms, each 3 ms late."""
 
-    def __init__(self, stream: MeasurementStream) -> None:
+    def __init__(self, stream):
         self.stream, self.codec, self.now_ns = stream, BinaryCodec(), EPOCH_NS
         self.sequence, self.time_us = 0, 0
 
-    def send(self, *records: Record) -> list[Measurement]:
+    def send(self, *records):
         return self.stream.feed(b"".join(map(self.codec.encode, records)), self.now_ns + 3_000_000)
 
-    def samples(self, count: int, inner: int = 0, status: int = 0) -> list[Measurement]:
+    def samples(self, count, inner=0, status=0):
         result = []
         for _ in range(count):
             result += self.send(Sample(self.sequence, self.time_us, 0, inner, 0, status))
             self.sequence, self.time_us, self.now_ns = self.sequence + 1, self.time_us + 5000, self.now_ns + 5_000_000
         return result
 
-    def reset(self) -> None:
+    def reset(self):
         self.sequence, self.time_us = 0, 0
 
 
-def test_every_sample_of_the_warm_up_is_measured_at_its_own_time() -> None:
+def test_every_sample_of_the_warm_up_is_measured_at_its_own_time():
     rig = Rig(MeasurementStream(BinaryCodec(), TOLD, None))
     measured = rig.samples(600)
     assert len(measured) == 600
@@ -49,14 +49,14 @@ def test_every_sample_of_the_warm_up_is_measured_at_its_own_time() -> None:
     assert measured[0].positions == (0.0, math.pi, 0.0)
 
 
-def test_samples_wait_for_the_greeting_where_it_must_tell_the_counts_per_turn() -> None:
+def test_samples_wait_for_the_greeting_where_it_must_tell_the_counts_per_turn():
     rig = Rig(MeasurementStream(BinaryCodec(), Calibration(), None))
     assert rig.samples(400) == []
     rig.send(HELLO)
     assert len(rig.samples(1)) == 401
 
 
-def test_without_a_greeting_the_wait_is_bounded_and_what_is_dropped_is_counted() -> None:
+def test_without_a_greeting_the_wait_is_bounded_and_what_is_dropped_is_counted():
     rig = Rig(MeasurementStream(BinaryCodec(), Calibration(), None))
     rig.samples(45_000)
     totals = rig.stream.totals()
@@ -65,7 +65,7 @@ def test_without_a_greeting_the_wait_is_bounded_and_what_is_dropped_is_counted()
     assert len(rig.samples(1)) + totals.unsent == 45_001
 
 
-def test_a_reset_loses_no_sample_and_makes_the_zero_uncertain() -> None:
+def test_a_reset_loses_no_sample_and_makes_the_zero_uncertain():
     rig = Rig(MeasurementStream(BinaryCodec(), TOLD, None))
     rig.samples(400)
     rig.stream.take_zero()
@@ -79,7 +79,7 @@ def test_a_reset_loses_no_sample_and_makes_the_zero_uncertain() -> None:
     assert np.all(np.diff([measurement.stamp_ns for measurement in after]) == pytest.approx(5_000_000, abs=20_000))
 
 
-def test_the_zero_of_absolute_encoders_survives_a_reset() -> None:
+def test_the_zero_of_absolute_encoders_survives_a_reset():
     rig = Rig(MeasurementStream(BinaryCodec(), TOLD, Zero((0.0, 100.0, 0.0), 7, EPOCH_NS), survives_reset=True))
     rig.samples(300)
     rig.reset()
@@ -88,7 +88,7 @@ def test_the_zero_of_absolute_encoders_survives_a_reset() -> None:
 
 
 @pytest.mark.parametrize(("age", "words"), [(-2.0, ""), (-4000.0, "reset")])
-def test_a_kept_zero_is_doubted_when_the_device_was_reset_since(age: float, words: str) -> None:
+def test_a_kept_zero_is_doubted_when_the_device_was_reset_since(age, words):
     zero = Zero((0.0, 0.0, 0.0), round(-age * 200) if words == "" else 0, EPOCH_NS + round(age * 1e9))
     rig = Rig(MeasurementStream(BinaryCodec(), TOLD, zero))
     rig.sequence = 800 if words == "" else 0
@@ -98,19 +98,19 @@ def test_a_kept_zero_is_doubted_when_the_device_was_reset_since(age: float, word
     assert (rig.stream.totals().zero == "") == (words == "")
 
 
-def test_zeroing_takes_hold_at_once() -> None:
+def test_zeroing_takes_hold_at_once():
     rig = Rig(MeasurementStream(BinaryCodec(), TOLD, None))
     assert rig.samples(400, inner=50)[-1].positions[1] == pytest.approx(math.pi + math.tau * 50 / 8000)
     assert rig.stream.take_zero().counts == (0.0, 50.0, 0.0)
     assert rig.samples(1, inner=50)[-1].positions[1] == math.pi
 
 
-def test_zeroing_before_any_sample_is_refused() -> None:
+def test_zeroing_before_any_sample_is_refused():
     with pytest.raises(RigError, match="no samples"):
         MeasurementStream(BinaryCodec(), TOLD, None).take_zero()
 
 
-def test_samples_of_a_faulty_encoder_are_dropped_and_counted_and_overruns_only_counted() -> None:
+def test_samples_of_a_faulty_encoder_are_dropped_and_counted_and_overruns_only_counted():
     rig = Rig(MeasurementStream(BinaryCodec(), TOLD, None))
     rig.samples(300)
     assert rig.samples(5, status=Status.INNER_FAULT) == []

@@ -8,7 +8,6 @@ import struct
 import termios
 import time
 import tty
-from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
 
@@ -22,14 +21,14 @@ TIOCGEXCL = 0x80045440
 """Of Linux; Python has no name for it."""
 
 
-def wait_for(condition: Callable[[], bool]) -> None:
+def wait_for(condition):
     deadline = time.monotonic() + 30.0
     while not condition():
         assert time.monotonic() < deadline, "it did not happen within 30 s"
         time.sleep(0.01)
 
 
-def is_taken(terminal: int) -> bool:
+def is_taken(terminal):
     """Return whether a program has a terminal to itself."""
     return bool(struct.unpack("i", fcntl.ioctl(terminal, TIOCGEXCL, bytes(4)))[0])
 
@@ -37,39 +36,39 @@ def is_taken(terminal: int) -> bool:
 class Cable:
     """A pseudo-terminal behind a link."""
 
-    def __init__(self, link: Path) -> None:
+    def __init__(self, link):
         self.link = link
         self.device, self.computer = os.openpty()
         tty.setraw(self.computer)
         link.symlink_to(os.ttyname(self.computer))
 
-    def unplug(self) -> None:
+    def unplug(self):
         self.link.unlink()
         os.close(self.device)
         os.close(self.computer)
 
 
 class Listener:
-    def __init__(self, pattern: str, baud: int = 115200, reset_on_open: bool = False) -> None:
+    def __init__(self, pattern, baud=115200, reset_on_open=False):
         self.data, self.said, self.opened = b"", [""], 0
-        self.arrivals: list[float] = []
+        self.arrivals = []
         said = self.said.append
         self.reader = PortReader(pattern, baud, self.on_open, self.on_bytes, said, said, reset_on_open)
         self.reader.start()
 
-    def on_open(self) -> None:
+    def on_open(self):
         self.opened += 1
 
-    def on_bytes(self, data: bytes) -> None:
+    def on_bytes(self, data):
         self.arrivals.append(time.monotonic())
         self.data += data
 
 
 @pytest.fixture
-def listen() -> Iterator[Callable[..., Listener]]:
-    listeners: list[Listener] = []
+def listen():
+    listeners = []
 
-    def start(pattern: Path, **options: int) -> Listener:
+    def start(pattern, **options):
         listeners.append(Listener(str(pattern), **options))
         return listeners[-1]
 
@@ -78,7 +77,7 @@ def listen() -> Iterator[Callable[..., Listener]]:
         listener.reader.stop()
 
 
-def test_bytes_come_through_in_order(tmp_path: Path, listen: Callable[..., Listener]) -> None:
+def test_bytes_come_through_in_order(tmp_path, listen):
     cable = Cable(tmp_path / "tty")
     listener = listen(cable.link)
     wait_for(lambda: listener.opened == 1)
@@ -91,9 +90,7 @@ def test_bytes_come_through_in_order(tmp_path: Path, listen: Callable[..., Liste
     assert listener.reader.port.name == str(cable.link)
 
 
-def test_bytes_are_sent_where_a_port_is_open_and_dropped_where_none_is_or_it_takes_none(
-    tmp_path: Path, listen: Callable[..., Listener]
-) -> None:
+def test_bytes_are_sent_where_a_port_is_open_and_dropped_where_none_is_or_it_takes_none(tmp_path, listen):
     listener = listen(tmp_path / "tty")
     listener.reader.write(b"too early")
     cable = Cable(tmp_path / "tty")
@@ -101,7 +98,7 @@ def test_bytes_are_sent_where_a_port_is_open_and_dropped_where_none_is_or_it_tak
     wait_for(lambda: listener.reader.port.name is not None)
     os.set_blocking(cable.device, False)
 
-    def sent() -> bytes:
+    def sent():
         listener.reader.write(b"command")
         with suppress(BlockingIOError):
             return os.read(cable.device, 100)
@@ -115,7 +112,7 @@ def test_bytes_are_sent_where_a_port_is_open_and_dropped_where_none_is_or_it_tak
     listener.reader.write(b"too late")
 
 
-def test_a_missing_port_is_told_once_and_taken_when_it_comes(tmp_path: Path, listen: Callable[..., Listener]) -> None:
+def test_a_missing_port_is_told_once_and_taken_when_it_comes(tmp_path, listen):
     listener = listen(tmp_path / "tty")
     wait_for(lambda: len(listener.said) == 2)
     time.sleep(0.7)  # two more attempts
@@ -128,9 +125,7 @@ def test_a_missing_port_is_told_once_and_taken_when_it_comes(tmp_path: Path, lis
     cable.unplug()
 
 
-def test_a_port_that_comes_back_under_another_name_is_found_by_its_pattern(
-    tmp_path: Path, listen: Callable[..., Listener]
-) -> None:
+def test_a_port_that_comes_back_under_another_name_is_found_by_its_pattern(tmp_path, listen):
     cable = Cable(tmp_path / "ttyACM0")
     listener = listen(tmp_path / "ttyACM*")
     wait_for(lambda: listener.opened == 1)
@@ -143,7 +138,7 @@ def test_a_port_that_comes_back_under_another_name_is_found_by_its_pattern(
     assert listener.reader.port.name == str(cable.link)
 
 
-def test_access_is_exclusive(tmp_path: Path, listen: Callable[..., Listener]) -> None:
+def test_access_is_exclusive(tmp_path, listen):
     cable = Cable(tmp_path / "tty")
     listener = listen(cable.link)
     wait_for(lambda: listener.opened == 1)
@@ -155,7 +150,7 @@ def test_access_is_exclusive(tmp_path: Path, listen: Callable[..., Listener]) ->
     assert second.reader.port.problem == second.said[1].removesuffix("; trying again until it works")
 
 
-def test_other_programs_are_kept_out_while_it_reads(tmp_path: Path, listen: Callable[..., Listener]) -> None:
+def test_other_programs_are_kept_out_while_it_reads(tmp_path, listen):
     cable = Cable(tmp_path / "tty")
     listener = listen(cable.link)
     wait_for(lambda: listener.opened == 1)
@@ -164,13 +159,13 @@ def test_other_programs_are_kept_out_while_it_reads(tmp_path: Path, listen: Call
     assert not is_taken(cable.computer)
 
 
-def test_bytes_that_another_program_took_are_no_unplugged_port(tmp_path: Path, listen: Callable[..., Listener]) -> None:
+def test_bytes_that_another_program_took_are_no_unplugged_port(tmp_path, listen):
     cable = Cable(tmp_path / "tty")
     os.set_blocking(cable.computer, False)  # opened before: it reads all the same
     listener = listen(cable.link)
     wait_for(lambda: listener.opened == 1)
 
-    def steal() -> bool:
+    def steal():
         for _ in range(20):
             os.write(cable.device, b"sample")
             with suppress(BlockingIOError):
@@ -185,9 +180,7 @@ def test_bytes_that_another_program_took_are_no_unplugged_port(tmp_path: Path, l
 
 
 @pytest.mark.parametrize("reset_on_open", [False, True])
-def test_dtr_falls_as_the_port_is_closed_only_if_asked(
-    tmp_path: Path, listen: Callable[..., Listener], reset_on_open: bool
-) -> None:
+def test_dtr_falls_as_the_port_is_closed_only_if_asked(tmp_path, listen, reset_on_open):
     cable = Cable(tmp_path / "tty")
     attributes = termios.tcgetattr(cable.computer)
     attributes[2] ^= (attributes[2] ^ (0 if reset_on_open else termios.HUPCL)) & termios.HUPCL
@@ -197,7 +190,7 @@ def test_dtr_falls_as_the_port_is_closed_only_if_asked(
     assert bool(termios.tcgetattr(cable.computer)[2] & termios.HUPCL) == reset_on_open
 
 
-def test_bytes_are_passed_on_as_they_come(tmp_path: Path, listen: Callable[..., Listener]) -> None:
+def test_bytes_are_passed_on_as_they_come(tmp_path, listen):
     cable = Cable(tmp_path / "tty")
     listener = listen(cable.link)
     wait_for(lambda: listener.opened == 1)
@@ -210,7 +203,7 @@ def test_bytes_are_passed_on_as_they_come(tmp_path: Path, listen: Callable[..., 
     assert np.percentile(late, 10) < 0.0015  # on a busy machine the others wait for their turn
 
 
-def test_something_that_is_no_serial_port_is_told(tmp_path: Path, listen: Callable[..., Listener]) -> None:
+def test_something_that_is_no_serial_port_is_told(tmp_path, listen):
     (tmp_path / "file").write_text("")
     listener = listen(tmp_path / "file")
     wait_for(lambda: len(listener.said) == 2)
@@ -218,13 +211,13 @@ def test_something_that_is_no_serial_port_is_told(tmp_path: Path, listen: Callab
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
-def test_an_error_of_the_program_is_not_taken_for_an_unplugged_port(tmp_path: Path) -> None:
+def test_an_error_of_the_program_is_not_taken_for_an_unplugged_port(tmp_path):
     cable = Cable(tmp_path / "tty")
 
-    def fail(_: bytes) -> None:
+    def fail(_):
         raise RuntimeError("a mistake")
 
-    opened: list[int] = []
+    opened = []
     reader = PortReader(str(cable.link), 115200, lambda: opened.append(1), fail, lambda _: None, lambda _: None)
     reader.start()
     wait_for(lambda: bool(opened))
@@ -235,9 +228,7 @@ def test_an_error_of_the_program_is_not_taken_for_an_unplugged_port(tmp_path: Pa
 
 
 @pytest.mark.parametrize("port", ["", "/", "**", "a\0b", "[", ".", "/dev/zero", "/dev/null", "pipe", "file"])
-def test_an_odd_port_is_waited_for_like_any_that_is_not_there(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, port: str
-) -> None:
+def test_an_odd_port_is_waited_for_like_any_that_is_not_there(tmp_path, monkeypatch, port):
     monkeypatch.chdir(tmp_path)
     os.mkfifo("pipe")
     Path("file").write_text("")

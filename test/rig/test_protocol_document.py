@@ -10,7 +10,7 @@ import pytest
 
 from cdp_ident.rig.codec import BinaryCodec, TextCodec
 from cdp_ident.rig.decoder import Decoder
-from cdp_ident.rig.records import CartCommand, Hello, Record, Sample
+from cdp_ident.rig.records import CartCommand, Hello, Sample
 
 DOCUMENT = (Path(__file__).parents[2] / "docs" / "reference" / "protocol.md").read_text(encoding="utf-8")
 SAMPLE = Sample(7, 1_000_000, 0, -2, 4000, 0)
@@ -42,13 +42,13 @@ int main() {
 
 
 @pytest.mark.parametrize("record", [SAMPLE, HELLO, COMMAND])
-def test_the_document_shows_the_frames_that_the_codecs_write(record: Record) -> None:
+def test_the_document_shows_the_frames_that_the_codecs_write(record):
     assert f"    {BinaryCodec().encode(record).hex(' ')}\n" in DOCUMENT
     assert f"    {TextCodec().encode(record).decode().strip()}\n" in DOCUMENT
 
 
 @pytest.mark.skipif(shutil.which("g++") is None, reason="no C++ compiler here")
-def test_the_documents_sketch_is_understood_by_the_decoder(tmp_path: Path) -> None:
+def test_the_documents_sketch_is_understood_by_the_decoder(tmp_path):
     sketch = DOCUMENT.partition("```c++\n")[2].partition("```")[0]
     (tmp_path / "rig.cpp").write_text(BOARD + sketch.replace("%lu", "%u").replace("%ld", "%d") + RUN)
     subprocess.run(["g++", "-o", tmp_path / "rig", tmp_path / "rig.cpp"], check=True)

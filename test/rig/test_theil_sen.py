@@ -16,7 +16,7 @@ ONE_SIGMA = math.erf(math.sqrt(0.5))
 
 @pytest.mark.parametrize("digits", [12, 1, 0])
 @pytest.mark.parametrize("count", [2, 6, 59])
-def test_slope_and_interval_are_scipy_s_though_values_repeat(count: int, digits: int) -> None:
+def test_slope_and_interval_are_scipy_s_though_values_repeat(count, digits):
     rng = np.random.default_rng(count)
     for _ in range(20):
         x = np.cumsum(rng.uniform(0.5, 1.5, count))
@@ -25,5 +25,5 @@ def test_slope_and_interval_are_scipy_s_though_values_repeat(count: int, digits:
         assert median_slope(x, y) == (expected.slope, expected.low_slope, expected.high_slope)
 
 
-def test_values_that_are_all_equal_have_no_slope() -> None:
+def test_values_that_are_all_equal_have_no_slope():
     assert median_slope(np.arange(6.0), np.ones(6)) == (0.0, 0.0, 0.0)

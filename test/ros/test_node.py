@@ -138,10 +138,3 @@ def test_without_a_home_it_ends_as_one_line(capfd, monkeypatch):
     for name in ("HOME", "ROS_HOME", "ROS_LOG_DIR"):
         monkeypatch.delenv(name, raising=False)
     assert "ROS_LOG_DIR" in refused(capfd)
-
-
-def test_help_tells_about_ros_arguments():
-    with start("--help") as process:
-        output, _ = process.communicate(timeout=PATIENCE)
-    assert process.returncode == 0
-    assert "--params-file" in output

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from cdp_ident.errors import OptionError
-from cdp_ident.search.options import IGA, METHODS, TGA, GeneticOptions
+from cdp_ident.search.options import IGA, TGA, GeneticOptions
 
 
 def test_the_traditional_algorithm_has_the_settings_of_section_4_2():
@@ -16,10 +16,6 @@ def test_the_improved_algorithm_has_the_settings_of_section_4_3():
     assert (IGA.population, IGA.generations, IGA.crossover_rate, IGA.mutation_rate) == (200, 500, 0.2, 0.02)
     assert (IGA.feedback_threshold, IGA.feedback_scale, IGA.feedback_spread) == (0.95, 0.95, 0.10)
     assert IGA.fitness_offset == 32.0
-
-
-def test_the_methods_are_known_by_their_names():
-    assert METHODS == {"iga": IGA, "tga": TGA}
 
 
 @pytest.mark.parametrize(

@@ -70,15 +70,6 @@ def test_whatever_the_stamps_times_increase_and_every_sample_is_used_at_most_onc
         assert np.allclose(np.diff(piece.time), np.diff(np.array(stamps)[piece.cart.astype(int)]) * 1e-9)
 
 
-@given(st.integers(-40, 40), st.floats(-12, 12))
-def test_angles_wrapped_anywhere_become_continuous(turns, speed):
-    time = np.arange(200) * 5 * MS
-    angle = speed * np.arange(200) * 0.005
-    wrapped = np.mod(angle + turns, 2 * np.pi)
-    pieces, _ = cut_at_gaps(clean(Samples(ORIGIN + time, np.column_stack([wrapped, wrapped]), None)), 0.1)
-    assert np.allclose(np.diff(pieces[0].angles[:, 0]), np.diff(angle), atol=1e-9)
-
-
 @given(st.integers(0, 199), st.integers(0, 1), st.floats(-30, 30), st.floats(-12, 12))
 @example(at=5, joint=0, size=6.4375, speed=12.0)
 def test_a_spike_of_any_size_is_left_out_and_adds_no_turn(at, joint, size, speed):

@@ -6,17 +6,32 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cdp_ident.errors import TrialError
-from cdp_ident.trial.film import rods_on_film
+from cdp_ident.trial.film import rods_on_film, without_offsets
 
 TIME = np.arange(600) * 0.01
 THETA = np.column_stack([np.pi + 2 * np.sin(5 * TIME), np.pi + 2.5 * np.cos(7 * TIME)])
+LONG_TIME = np.arange(3000) * 0.005
+LONG = np.column_stack([np.pi + 2 * np.sin(5 * LONG_TIME), np.pi + 2.5 * np.cos(7 * LONG_TIME) + LONG_TIME])
+"""As long as it takes to see where markers are off."""
 
 
-def markers(theta=THETA, length=200.0, tip=180.0, noise=0.3, pivot=(640.0, 360.0), seed=1):
-    """Positions (n, 3, 2) of pivot, joint and tip in a picture whose y counts down."""
-    rods = np.stack([np.sin(theta), -np.cos(theta)], axis=-1) * [[length], [tip]]
+def in_plane(theta, tip=180.0, noise=0.3, seed=1, pivot=(0.0, 0.0), joint=(0.0, 0.0), at_tip=(0.0, 0.0)):
+    """Positions (n, 3, 2) of markers at pivot, joint and tip that are off, y counting up.
+
+    The pivot's and the tip's offsets are fixed in the picture, the joint's is along and across the inner rod.
+    """
+    directions = np.stack([np.sin(theta), np.cos(theta)], axis=-1)
+    rods = directions * [[200.0], [tip]]
+    across = directions[:, 0, ::-1] * [1.0, -1.0]
     points = np.stack([np.zeros_like(rods[:, 0]), rods[:, 0], rods.sum(axis=1)], axis=1)
-    return points + pivot + np.random.default_rng(seed).normal(0, noise, points.shape)
+    points[:, 1] += joint[0] * directions[:, 0] + joint[1] * across
+    points[:, 0], points[:, 2] = points[:, 0] + pivot, points[:, 2] + at_tip
+    return points + np.random.default_rng(seed).normal(0, noise, points.shape)
+
+
+def markers(theta=THETA, **options):
+    """Positions (n, 3, 2) of pivot, joint and tip in a picture whose y counts down."""
+    return in_plane(theta, **options) * [1.0, -1.0] + (640.0, 360.0)
 
 
 def error(film):
@@ -120,3 +135,66 @@ def test_a_pivot_on_a_cart_is_followed():
 def test_what_is_no_pendulum_is_refused(points, message):
     with pytest.raises(TrialError, match=message):
         rods_on_film(points, y_down=True)
+
+
+def errors(rods):
+    return np.angle(np.exp(1j * (np.arctan2(rods[:, :, 0], rods[:, :, 1]) - LONG)))
+
+
+@pytest.mark.parametrize(
+    ("marker", "offset", "words"),
+    [
+        ("pivot", (1.5, -1.0), "the pivot's marker is 1.8 off the centre of the joint's circle: put right"),
+        ("at_tip", (-0.5, 1.5), "the tip's marker is seen 1.6 beside where it is: put right"),
+        ("joint", (1.0, -1.2), "the joint's marker is 1.6 off the joint: put right"),
+    ],
+)
+def test_a_marker_that_is_off_no_longer_turns_the_angles(marker, offset, words):
+    points = in_plane(LONG, **{marker: offset})
+    rods, notes = without_offsets(points)
+    assert notes == (words,)
+    as_seen = np.abs(errors(np.diff(points, axis=1))).max(axis=1).mean()
+    assert as_seen > 2.0 * np.abs(errors(rods)).max(axis=1).mean()
+    assert np.abs(errors(rods).mean(axis=0)).max() < 1e-3
+
+
+def test_all_three_are_told_apart():
+    rods, notes = without_offsets(in_plane(LONG, pivot=(1.0, 0.5), joint=(-0.8, 0.9), at_tip=(0.7, 1.0)))
+    assert len(notes) == 3
+    assert errors(rods).std() < 1.2 * errors(np.diff(in_plane(LONG), axis=1)).std()
+
+
+@given(noise=st.floats(0.01, 2.0), seed=st.integers(0, 200))
+def test_markers_that_are_right_stay_as_they_are(noise, seed):
+    points = in_plane(LONG, noise=noise, seed=seed)
+    rods, notes = without_offsets(points)
+    assert notes == ()
+    np.testing.assert_array_equal(rods, np.diff(points, axis=1))
+
+
+def test_a_little_swing_tells_nothing_of_offsets():
+    little = np.pi + 0.05 * np.column_stack([np.sin(5 * LONG_TIME), np.cos(7 * LONG_TIME)])
+    points = in_plane(little, pivot=(1.0, 1.0), noise=0.5)
+    rods, notes = without_offsets(points)
+    assert notes == ()
+    np.testing.assert_array_equal(rods, np.diff(points, axis=1))
+
+
+def test_a_lens_over_a_short_arc_is_no_offset():
+    half = np.pi + 0.8 * np.column_stack([np.sin(5 * LONG_TIME), np.cos(7 * LONG_TIME)])
+    points = in_plane(half)
+    points[:, 1:] *= 1.0 + 0.01 * half[:, :, None] ** 2 / np.pi**2
+    _, notes = without_offsets(points)
+    assert notes == ()
+
+
+def test_frames_in_which_a_marker_was_not_where_it_is_do_not_count():
+    points = in_plane(LONG, joint=(1.0, -1.2))
+    points[::50, 2] += 40.0
+    _, notes = without_offsets(points)
+    assert notes == ("the joint's marker is 1.6 off the joint: put right",)
+
+
+def test_an_import_says_what_was_put_right():
+    film = rods_on_film(in_plane(LONG, joint=(1.0, -1.2)), y_down=False)
+    assert film.notes == ("the joint's marker is 1.6 off the joint: put right",)

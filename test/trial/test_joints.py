@@ -7,7 +7,7 @@ import pytest
 
 from cdp_ident.bag.joint_recording import JointRecording
 from cdp_ident.errors import TrialError
-from cdp_ident.trial.joints import model_angles, select_joints
+from cdp_ident.trial.joints import select_joints
 from cdp_ident.trial.options import TrialOptions
 
 STAMPS = 10**18 + np.arange(6) * 10**7
@@ -43,21 +43,6 @@ def test_numbers_that_are_no_measurements_are_dropped(bad):
 def test_no_usable_number_at_all_is_an_error():
     with pytest.raises(TrialError, match="no sample of /joint_states has a usable number"):
         select_joints(recording([[0, NAN, 2]] * 6), TrialOptions())
-
-
-@pytest.mark.parametrize(
-    ("options", "theta"),
-    [
-        ({}, [0.3, 0.8]),
-        ({"outer_angle": "absolute"}, [0.3, 0.5]),
-        ({"zero": "hanging"}, [np.pi + 0.3, np.pi + 0.8]),
-        ({"zero": "hanging", "outer_angle": "absolute"}, [np.pi + 0.3, np.pi + 0.5]),
-        ({"inner_sign": -1}, [-0.3, 0.2]),
-        ({"outer_sign": -1, "zero": "hanging", "outer_angle": "absolute"}, [np.pi + 0.3, np.pi - 0.5]),
-    ],
-)
-def test_angles_of_joints_become_the_model_s(options, theta):
-    assert np.allclose(model_angles(np.array([[0.3, 0.5]]), TrialOptions(**options)), [theta])
 
 
 def test_a_cart_is_bridged_where_its_position_is_an_outlier_and_the_rods_samples_stay():

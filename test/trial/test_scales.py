@@ -75,7 +75,7 @@ def test_anything_has_a_scale(count):
 
 
 @pytest.mark.parametrize(("samples", "segment"), [(16, 16), (17, 17), (1000, 64), (1000, 65), (1023, 1000)])
-def test_frequencies_and_powers_are_those_of_welch_s_method(samples: int, segment: int) -> None:
+def test_frequencies_and_powers_are_those_of_welch_s_method(samples, segment):
     signals = np.random.default_rng(1).normal(1.0, 2.0, size=(samples, 3))
     frequency, power = power_spectrum(signals, 200.0, segment)
     expected_frequency, expected = welch(signals, 200.0, nperseg=segment, axis=0)

@@ -9,7 +9,6 @@ import pytest
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import Effect, EffectParameter, Law, State
 
-EFFECTS = {effect.key: effect for effect in CATALOGUE}
 KINDS = [
     # Errors of encoders, and what bends under them, do not move the rods.
     (lambda e: not e.moves,
@@ -50,10 +49,3 @@ def test_a_law_in_one_line_names_its_states_and_what_its_names_stand_for():
     assert effect.formula == "torque = -size*bend*slope; bend' = speed; slope = 1 + angle^2"
     assert (effect.states, effect.remembers, effect.of_joint, effect.of_angle) == (1, True, True, False)
     assert replace(effect, law=Law(reading="size*angle")).moves is False
-
-
-@pytest.mark.parametrize("key", EFFECTS)
-def test_every_state_has_a_rate_and_every_fixed_parameter_one_value(key):
-    effect = EFFECTS[key]
-    assert all(state.name and state.rate for state in effect.law.states)
-    assert all(p.typical == p.lower for p in effect.parameters if p.fixed)

@@ -71,11 +71,7 @@ def test_a_definition_is_the_same_after_it_was_text():
         ("-k*sin(angl)", "angl is not known; did you mean angle?; at character 8: -k*sin(>>>angl)"),
         ("-k*(angle", "this is no formula; at character 4: -k*>>>(angle"),
         ("-k*foo(angle)", "the function foo is not known"),
-        ("-k*angle.real", "this is no arithmetic"),
         ("k*__import__(1).system(2)", "the function here is not known"),
-        ("-k*angle, 2", "no arithmetic"),
-        ("-k*[1][0]", "this is no arithmetic"),
-        ("-k*angle if angle else 0", "this is no arithmetic"),
         ("0.1*angle", "its unit has a mass to the power of 0, expected 1"),
         ("-k^2*angle", "its unit has a mass to the power of 2, expected 1"),
         ("-k*angle + 0.1", "a sum of what has a mass in its unit and what has not; at character 12"),
@@ -87,9 +83,6 @@ def test_a_definition_is_the_same_after_it_was_text():
         ("-k*alpha2^2/100", "is not linear in the accelerations"),
         ("-k*angle + a1*g*sin(angle)", "where k is 0 it adds"),
         (["-k*angle"], "expected a formula"),
-        ("k*" + "(" * 99 + "angle" + ")" * 99, "more than 60 brackets in each other"),
-        ("-k*angle + " * 300 + "0", "at most 2000 are read"),
-        ("-k*ángle", "only letters, digits and the signs of arithmetic"),
     ],
 )
 def test_a_wrong_formula_is_refused_with_its_place(torque, words):

@@ -12,7 +12,7 @@ from cdp_ident.model.effects.catalogue import CATALOGUE, NAMED
 from cdp_ident.model.effects.effect import Effect, EffectParameter, Law, State
 from cdp_ident.model.formulas.code import module_text
 from cdp_ident.model.formulas.compiled import _CATALOGUE as LAWS
-from cdp_ident.model.formulas.language import CART, INPUTS, PARAMETERS, RATES, VARIABLES
+from cdp_ident.model.formulas.language import CART, INPUTS, PARAMETERS, VARIABLES
 
 EFFECTS = {effect.key: effect for effect in NAMED}
 MINE = Effect(
@@ -61,16 +61,6 @@ def test_each_line_says_what_it_is():
     assert EFFECTS["coulomb_friction.outer"].formula in text
 
 
-def test_a_law_of_a_joint_acts_on_both_bodies_and_against_a_motion():
-    text = module_text([EFFECTS["coulomb_friction.outer"]], "", paper=False)
-    z = [0.0] * len(INPUTS)
-    z[INPUTS.index("direction_outer")] = -1.0
-    sums, rows = computed(text, "coulomb_friction_outer_motion", z, [0.3], PARAMETERS + 1)
-    assert (sums[0], sums[PARAMETERS], sums[2 * PARAMETERS]) == (-0.3, 0.3, 0.0)
-    assert rows[2 * (PARAMETERS + 1)] == 0.3
-    assert (rows[PARAMETERS], rows[2 * PARAMETERS + 1]) == (-1.0, 1.0)
-
-
 def test_what_a_law_does_not_do_is_not_computed():
     written = {
         key: set(map(int, re.findall(r"rows\[(\d+)\]", module_text([EFFECTS[key]], "", paper=False))))
@@ -93,19 +83,6 @@ def test_of_no_strength_there_are_derivatives_by_strengths_alone():
     assert rows[PARAMETERS : PARAMETERS + 3] == pytest.approx([-1.0, -0.8521437889662113, 0.0])
     _, rows = computed(text, "backlash_inner_reading_at_zero", z, [0.0], PARAMETERS + 1)
     assert rows[PARAMETERS] == -0.5
-
-
-def test_a_law_with_states_moves_them_and_reads_them_by_their_places():
-    text = module_text([MINE], "", paper=False)
-    z, width = [float(k) for k in range(len(INPUTS))], PARAMETERS + 2
-    sums, rows = computed(text, "mine_outer_motion", z, [0.5, 0.25], width)
-    omega1, omega2, own = (z[INPUTS.index(name)] for name in ("omega1", "omega2", "own0"))
-    assert sums[PARAMETERS] == -0.5 * own
-    assert rows[width + 1 + VARIABLES.index("own0")] == -0.5
-    assert rows[RATES * width] == (omega2 - omega1) / 0.25
-    assert rows[RATES * width + PARAMETERS + 1] == -(omega2 - omega1) / 0.25**2
-    _, rows = computed(text, "mine_outer_reading", z, [0.5, 0.25], width)
-    assert rows[width] == 0.5 * (z[1] - z[0])
 
 
 @pytest.mark.parametrize("name", ["reading_error", "off at_zero", "class"])

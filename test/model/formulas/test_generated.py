@@ -47,11 +47,8 @@ def test_another_formula_parameter_or_maker_is_other_code(folder, monkeypatch):
     monkeypatch.setattr(generated, "_source", lambda name: b"another version")
     digests.add(generated._digest((SPRING,), False))
     assert len(digests) == 5
-
-
-def test_what_does_not_change_the_code_does_not_change_where_it_is(folder):
-    described = replace(SPRING, description="the same", source="elsewhere")
-    assert generated._digest((described,), False) == generated._digest((SPRING,), False)
+    described = replace(SPRING, description="the same", source="elsewhere")  # which changes no code
+    assert generated._digest((described,), False) in digests
 
 
 def test_damaged_code_is_made_anew(folder, monkeypatch):

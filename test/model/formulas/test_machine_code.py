@@ -4,10 +4,6 @@
 
 import ctypes
 import inspect
-import os
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -69,32 +65,6 @@ def test_every_word_of_laws_code_is_known(tmp_path, monkeypatch, at):
 
 
 LAW = "def doubled(z, p, sums, rows):\n    rows[0] = 2.0*p[0]\n"
-PROGRAM = f"""
-import resource, sys
-if "full" in sys.argv:
-    resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))  # every file is full before its first byte
-import ctypes
-from cdp_ident.model.formulas.machine_code import laws_in
-numbers = (ctypes.c_double * 1)(3.0)
-kept = laws_in({LAW!r})
-ctypes.CFUNCTYPE(None, *[ctypes.POINTER(ctypes.c_double)] * 4)(kept.of("doubled"))(*[numbers] * 4)
-print(numbers[0])
-"""
-
-
-@pytest.fixture
-def doubled(tmp_path):
-    """Return a function that says what a process gets of a law that doubles 3, whose machine code may be kept."""
-    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "kept"), "PYTHONPATH": os.pathsep.join(sys.path)}
-
-    def run(*arguments, **changed):
-        done = subprocess.run(
-            [sys.executable, "-c", PROGRAM, *arguments],
-            env=environment | changed, capture_output=True, text=True, check=False,
-        )  # fmt: skip
-        return done.stdout.strip(), done.stderr
-
-    return run
 
 
 @pytest.mark.parametrize(
@@ -115,20 +85,3 @@ def test_damaged_machine_code_is_made_anew(tmp_path, monkeypatch, damage):
     file.write_bytes(damage(whole))
     assert [doubled(), doubled()] == [6.0, 6.0]
     assert file.read_bytes() == whole
-
-
-@pytest.mark.parametrize(
-    ("arguments", "changed"),
-    [
-        ([], {"NUMBA_CACHE_DIR": "", "XDG_CACHE_HOME": "/proc/nowhere"}),
-        (["full"], {}),
-        ([], {"NUMBA_CACHE_DIR": "", "XDG_CACHE_HOME": "", "HOME": "/proc/nowhere"}),
-    ],
-    ids=["read-only", "full disk", "no home"],
-)
-def test_without_a_place_for_it_machine_code_is_made_all_the_same_and_nothing_is_left(
-    doubled, tmp_path, arguments, changed
-):
-    (tmp_path / "temporary").mkdir()
-    assert doubled(*arguments, **changed, TMPDIR=str(tmp_path / "temporary")) == ("6.0", "")
-    assert list(Path(tmp_path / "temporary").iterdir()) == []

@@ -20,13 +20,13 @@ from reference.weights import with_weight
 ROOT = Path(__file__).parents[3]
 
 
-def test_an_empty_mapping_is_the_default_rig(tmp_path: Path) -> None:
+def test_an_empty_mapping_is_the_default_rig(tmp_path):
     path = tmp_path / "rig.yaml"
     path.write_text("{}")
     assert load_rig(path) == EmulatedRig()
 
 
-def test_what_is_given_replaces_only_itself(tmp_path: Path) -> None:
+def test_what_is_given_replaces_only_itself(tmp_path):
     path = tmp_path / "rig.yaml"
     path.write_text(
         "parameters: {c1: 0.01}\nencoders: {inner_counts_per_turn: 4096, noise: -0.0}\n"
@@ -41,7 +41,7 @@ def test_what_is_given_replaces_only_itself(tmp_path: Path) -> None:
     assert (rig.rate, len(rig.script)) == (500.0, 2)
 
 
-def test_effects_are_chosen_from_the_catalogue_in_physical_units(tmp_path: Path) -> None:
+def test_effects_are_chosen_from_the_catalogue_in_physical_units(tmp_path):
     path = tmp_path / "rig.yaml"
     path.write_text("""
 effects:
@@ -58,7 +58,7 @@ effects:
     }
 
 
-def test_an_effect_of_one_s_own_moves_the_rig(tmp_path: Path) -> None:
+def test_an_effect_of_one_s_own_moves_the_rig(tmp_path):
     path = tmp_path / "rig.yaml"
     path.write_text("""
 own_effects:
@@ -82,7 +82,7 @@ effects:
     assert with_it[0] - without[0] == pytest.approx(expected, rel=1e-9)
 
 
-def test_an_effect_s_optional_parameter_may_be_left_out(tmp_path: Path) -> None:
+def test_an_effect_s_optional_parameter_may_be_left_out(tmp_path):
     path = tmp_path / "rig.yaml"
     drag = "effects: {air_drag: {outer: {variant: strips, coefficient: 0.002"
     path.write_text(f"{drag}}}}}}}")
@@ -94,7 +94,7 @@ def test_an_effect_s_optional_parameter_may_be_left_out(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("rod", ["inner", "outer"])
-def test_a_rig_with_a_weight_has_the_physics_of_heavier_rods(tmp_path: Path, rod: str) -> None:
+def test_a_rig_with_a_weight_has_the_physics_of_heavier_rods(tmp_path, rod):
     path = tmp_path / "rig.yaml"
     path.write_text(
         f"added: {{{rod}: [0.05, 0.3, 2.0e-5]}}\neffects: {{coulomb_friction: {{outer: {{torque: 0.002}}}}}}"
@@ -107,18 +107,15 @@ def test_a_rig_with_a_weight_has_the_physics_of_heavier_rods(tmp_path: Path, rod
     assert rig.effects.values[0] == pytest.approx(0.002 / A22)
 
 
-def test_air_drags_at_the_rod_and_not_at_its_weight(tmp_path: Path) -> None:
+def test_air_drags_at_the_rod_and_not_at_its_weight(tmp_path):
     path = tmp_path / "rig.yaml"
     drag = "effects: {air_drag: {outer: {variant: strips, coefficient: 0.002}}}"
     path.write_text(f"added: {{outer: [0.5, 0.4]}}\n{drag}")
     assert load_rig(path).effects.outer_length == NOMINAL["L"]
 
 
-def test_the_example_file_is_a_rig() -> None:
+def test_the_example_file_is_a_rig_and_names_the_default_drive(tmp_path):
     assert load_rig(ROOT / "config" / "emulated_rig.yaml").rate == 200.0
-
-
-def test_the_drive_that_the_example_file_names_is_the_default_one(tmp_path: Path) -> None:
     example = (ROOT / "config" / "emulated_rig.yaml").read_text(encoding="utf-8")
     path = tmp_path / "rig.yaml"
     path.write_text(example.replace("# drive:", "drive:"))
@@ -160,14 +157,9 @@ def test_the_drive_that_the_example_file_names_is_the_default_one(tmp_path: Path
         ("", "expected keys"),
     ],
 )
-def test_what_is_no_rig_is_refused_with_its_place(tmp_path: Path, text: str, words: str) -> None:
+def test_what_is_no_rig_is_refused_with_its_place(tmp_path, text, words):
     path = tmp_path / "rig.yaml"
     path.write_text(text)
     with pytest.raises(OptionError, match=r"rig\.yaml|no mechanism") as caught:
         load_rig(path)
     assert words in str(caught.value)
-
-
-def test_a_missing_file_is_told(tmp_path: Path) -> None:
-    with pytest.raises(OptionError, match="cannot be read"):
-        load_rig(tmp_path / "none.yaml")

@@ -17,7 +17,7 @@ TIMES = np.linspace(0.0, PERIOD, 11)
 DRIVE = Drive(lag=0.01, acceleration=10.0, speed=1.5, rail=0.4)
 
 
-def moved(commands: list[float | None], drive: Drive = DRIVE) -> tuple[np.ndarray, np.ndarray]:
+def moved(commands, drive=DRIVE):
     """Return positions and accelerations over time, by a command, or none, a period."""
     cart = DrivenCart(drive)
     parts = []
@@ -35,14 +35,14 @@ def moved(commands: list[float | None], drive: Drive = DRIVE) -> tuple[np.ndarra
     times=st.integers(1, 30),
     lag=st.sampled_from([1e-4, 0.01, 0.3]),
 )
-def test_no_command_drives_it_past_a_limit(commands: list[float | None], times: int, lag: float) -> None:
+def test_no_command_drives_it_past_a_limit(commands, times, lag):
     positions, accelerations = moved(list(np.repeat(np.array(commands), times))[:2000], Drive(lag, 10.0, 1.5, 0.4))
     assert np.abs(positions).max() <= 0.4 + 1e-9
     assert np.abs(np.diff(positions)).max() <= 1.5 * TIMES[1] + 1e-9
     assert np.abs(accelerations).max() <= 10.0 + 1e-6
 
 
-def test_it_follows_commands_within_its_limits_with_its_lag() -> None:
+def test_it_follows_commands_within_its_limits_with_its_lag():
     positions, accelerations = moved([2.0] * 40)
     time = np.arange(len(positions)) * TIMES[1]
     np.testing.assert_allclose(accelerations, 2.0 * -np.expm1(-time / DRIVE.lag), atol=1e-9)
@@ -50,33 +50,48 @@ def test_it_follows_commands_within_its_limits_with_its_lag() -> None:
     np.testing.assert_allclose(positions, expected, atol=1e-12)
 
 
-def test_its_position_is_the_integral_of_its_acceleration_whatever_is_asked_for() -> None:
-    positions, accelerations = moved([30.0] * 20 + [-4.0] * 50 + [None] * 60 + [7.0] * 100)  # type: ignore[list-item]
+def test_its_position_is_the_integral_of_its_acceleration_whatever_is_asked_for():
+    positions, accelerations = moved([30.0] * 20 + [-4.0] * 50 + [None] * 60 + [7.0] * 100)
     curvature = np.diff(positions, 2) / TIMES[1] ** 2
     np.testing.assert_allclose(curvature, accelerations[1:-1], atol=0.6)
     assert np.median(np.abs(curvature - accelerations[1:-1])) < 1e-3
 
 
-def test_it_brakes_to_rest_when_commands_stop_and_not_before() -> None:
-    silent = round(WATCHDOG_SECONDS / PERIOD)
+def commanded(acceleration):
+    """Return a cart that has obeyed for a quarter of a second."""
     cart = DrivenCart(DRIVE)
-    for _ in range(20):
-        cart.command(5.0)
+    for _ in range(50):
+        cart.command(acceleration)
         cart.advance(TIMES)
+    return cart
+
+
+def brakes_to_rest(cart):
+    """Let half a second go by; return whether it has braked as hard as it can, and rests."""
+    obeyed = cart.obeys
+    positions, accelerations = zip(*(cart.advance(TIMES) for _ in range(100)), strict=True)
+    hardest, last = np.min(accelerations), np.abs(accelerations[-1]).max()
+    return not obeyed and hardest == pytest.approx(-10.0, rel=0.01) and last < 1e-6 and np.ptp(positions[-1]) < 1e-9
+
+
+def test_it_brakes_to_rest_when_commands_stop_and_not_before():
+    silent = round(WATCHDOG_SECONDS / PERIOD)
+    cart = commanded(5.0)
     for _ in range(silent - 1):
         assert cart.obeys
         _, acceleration = cart.advance(TIMES)
     assert acceleration[-1] == pytest.approx(5.0, rel=0.01)
     cart.advance(TIMES)
-    assert not cart.obeys
-    braking = [cart.advance(TIMES) for _ in range(100)]
-    assert min(acceleration.min() for _, acceleration in braking) == pytest.approx(-10.0, rel=0.01)
-    at_rest, still = braking[-1]
-    assert np.ptp(at_rest) < 1e-9
-    assert np.abs(still).max() < 1e-6
+    assert brakes_to_rest(cart)
 
 
-def test_it_stops_at_the_rail_s_end_and_comes_back() -> None:
+def test_it_brakes_to_rest_when_the_device_was_reset():
+    cart = commanded(5.0)
+    cart.forget_command()
+    assert brakes_to_rest(cart)
+
+
+def test_it_stops_at_the_rail_s_end_and_comes_back():
     positions, _ = moved([3.0] * 400 + [-3.0] * 100)
     there = positions[: 400 * 10]
     assert there[-1] == pytest.approx(0.4, abs=1e-3)

@@ -6,7 +6,6 @@ import fcntl
 import struct
 import termios
 import threading
-from pathlib import Path
 
 import pytest
 import serial
@@ -15,13 +14,13 @@ from cdp_ident.errors import RigError
 from cdp_ident.rig.emulator.pseudo_terminal import PseudoTerminal
 
 
-def test_more_than_its_buffer_comes_through_in_order(tmp_path: Path) -> None:
+def test_more_than_its_buffer_comes_through_in_order(tmp_path):
     terminal = PseudoTerminal(tmp_path / "tty")
     sent = bytes(range(256)) * 400
     received = bytearray()
     done = threading.Event()
 
-    def read() -> None:
+    def read():
         with serial.Serial(str(tmp_path / "tty"), timeout=1.0) as port:
             opened.set()
             while len(received) < len(sent):
@@ -38,7 +37,7 @@ def test_more_than_its_buffer_comes_through_in_order(tmp_path: Path) -> None:
     terminal.unplug()
 
 
-def test_what_nobody_reads_is_not_hoarded(tmp_path: Path) -> None:
+def test_what_nobody_reads_is_not_hoarded(tmp_path):
     terminal = PseudoTerminal(tmp_path / "tty")
     terminal._taken -= 10.0
     for _ in range(1000):
@@ -48,10 +47,10 @@ def test_what_nobody_reads_is_not_hoarded(tmp_path: Path) -> None:
     terminal.unplug()
 
 
-def test_a_port_whose_reader_was_killed_can_be_opened_again(tmp_path: Path) -> None:
+def test_a_port_whose_reader_was_killed_can_be_opened_again(tmp_path):
     terminal = PseudoTerminal(tmp_path / "tty")
 
-    def is_taken() -> bool:
+    def is_taken():
         return bool(struct.unpack("i", fcntl.ioctl(terminal._computer, 0x80045440, bytes(4)))[0])  # TIOCGEXCL
 
     fcntl.ioctl(terminal._computer, termios.TIOCEXCL)
@@ -63,7 +62,7 @@ def test_a_port_whose_reader_was_killed_can_be_opened_again(tmp_path: Path) -> N
     terminal.unplug()
 
 
-def test_a_new_port_takes_the_place_of_a_link_left_behind_and_removes_only_its_own(tmp_path: Path) -> None:
+def test_a_new_port_takes_the_place_of_a_link_left_behind_and_removes_only_its_own(tmp_path):
     link = tmp_path / "tty"
     link.symlink_to("/dev/pts/99999")
     first = PseudoTerminal(link)
@@ -75,14 +74,14 @@ def test_a_new_port_takes_the_place_of_a_link_left_behind_and_removes_only_its_o
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_link_of_the_user_s_stays(tmp_path: Path) -> None:
+def test_a_link_of_the_user_s_stays(tmp_path):
     (tmp_path / "tty").symlink_to("ttyACM0")
     with pytest.raises(RigError, match="something else is there"):
         PseudoTerminal(tmp_path / "tty")
     assert str((tmp_path / "tty").readlink()) == "ttyACM0"
 
 
-def test_a_link_that_cannot_be_made_is_told(tmp_path: Path) -> None:
+def test_a_link_that_cannot_be_made_is_told(tmp_path):
     (tmp_path / "file").write_text("")
     for link in ("file/tty", "a" * 300):
         with pytest.raises(RigError, match="cannot be made"):

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Scripts of the hand."""
 
-from typing import Any
-
 import pytest
 import yaml
 
@@ -11,7 +9,7 @@ from cdp_ident.errors import OptionError
 from cdp_ident.rig.emulator.script import Hold, LetGo, MoveCart, Wait, WaitForCommand, parse_script
 
 
-def test_a_script_is_read_in_its_order() -> None:
+def test_a_script_is_read_in_its_order():
     text = "[wait: 2, hold: {theta1: 1.0, theta2: 2}, wait_for_command, let_go, cart: {to: 0.1, within: 0.5}]"
     commands = (Wait(2.0), Hold(1.0, 2.0), WaitForCommand(), LetGo(), MoveCart(0.1, 0.5))
     assert parse_script(yaml.safe_load(text), "x") == commands
@@ -37,8 +35,8 @@ def test_a_script_is_read_in_its_order() -> None:
         ("[{wait: 1, cart: {to: 1}}]", "expected one of"),
     ],
 )
-def test_what_is_no_script_is_refused_with_its_place(text: str, words: str) -> None:
-    content: Any = yaml.safe_load(text)
+def test_what_is_no_script_is_refused_with_its_place(text, words):
+    content = yaml.safe_load(text)
     with pytest.raises(OptionError, match=r"rig\.yaml") as caught:
         parse_script(content, "rig.yaml: script")
     assert words in str(caught.value)

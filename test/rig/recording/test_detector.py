@@ -6,18 +6,17 @@ import math
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from cdp_ident.model.parameters import NOMINAL, physical_coefficients
 from cdp_ident.rig.emulator.motion import Motion
-from cdp_ident.rig.emulator.script import Command, Hold, LetGo, Wait
+from cdp_ident.rig.emulator.script import Hold, LetGo, Wait
 from cdp_ident.rig.recording.detector import End, EndDetector, ReleaseDetector, SlidingRange, TrialLimits
 
 PERIOD = 0.005
 COEFFICIENTS = physical_coefficients(NOMINAL)
 
 
-def joints(*script: Command, tremor: float = 0.0) -> NDArray[np.float64]:
+def joints(*script, tremor=0.0):
     """Return inner and outer joint [rad] at 200 Hz for a script, with a hand's slow tremor added before the end."""
     lasting = sum(
         command.seconds if isinstance(command, Wait) else getattr(command, "within", 0.0) for command in script
@@ -27,7 +26,7 @@ def joints(*script: Command, tremor: float = 0.0) -> NDArray[np.float64]:
     return np.column_stack([samples[:, 1] + shake, samples[:, 2] - samples[:, 1]])
 
 
-def first_release(angles: NDArray[np.float64]) -> float | None:
+def first_release(angles):
     detector = ReleaseDetector(TrialLimits())
     for number, (inner, outer) in enumerate(angles):
         if detector.update(round(number * PERIOD * 1e9), inner, outer):
@@ -35,7 +34,7 @@ def first_release(angles: NDArray[np.float64]) -> float | None:
     return None
 
 
-def end(angles: NDArray[np.float64], limits: TrialLimits | None = None) -> tuple[End | None, float]:
+def end(angles, limits=None):
     detector = EndDetector(limits or TrialLimits(), 0)
     for number, (inner, outer) in enumerate(angles):
         if (why := detector.update(round(number * PERIOD * 1e9), inner, outer)) is not None:
@@ -45,7 +44,7 @@ def end(angles: NDArray[np.float64], limits: TrialLimits | None = None) -> tuple
 
 @pytest.mark.parametrize("tremor", [0.0, 0.01])
 @pytest.mark.parametrize(("theta1", "theta2"), [(1.0, 1.0), (math.pi, 2.0), (0.0, 0.0), (-2.6, 2.9), (3.4, 3.4)])
-def test_a_release_is_noticed_within_a_third_of_a_second(theta1: float, theta2: float, tremor: float) -> None:
+def test_a_release_is_noticed_within_a_third_of_a_second(theta1, theta2, tremor):
     push = Hold(theta1 + 0.02, theta2 + 0.02, 0.2)  # a hand that lets go at the very top would see it stay there
     angles = joints(Wait(1.0), Hold(theta1, theta2), Wait(2.0), push, LetGo(), Wait(3.0), tremor=tremor)
     released = first_release(angles)
@@ -53,17 +52,17 @@ def test_a_release_is_noticed_within_a_third_of_a_second(theta1: float, theta2: 
     assert 4.5 < released < 5.7 if theta1 == 0.0 else 4.7 < released < 5.1
 
 
-def test_leading_the_pendulum_about_and_hanging_still_are_no_release() -> None:
+def test_leading_the_pendulum_about_and_hanging_still_are_no_release():
     angles = joints(Wait(2.0), Hold(1.0, 1.0, 2.0), Wait(1.0), tremor=0.005)
     assert first_release(angles) is None
 
 
-def test_putting_it_back_slowly_is_no_release() -> None:
+def test_putting_it_back_slowly_is_no_release():
     angles = joints(Hold(1.0, 1.0, 2.0), Wait(1.0), Hold(math.pi, math.pi, 25.0), Wait(1.0))
     assert first_release(angles) is None
 
 
-def test_the_end_is_a_second_of_rest() -> None:
+def test_the_end_is_a_second_of_rest():
     heavy = physical_coefficients(NOMINAL | {"c1": 0.1, "c2": 0.05})
     motion = Motion(heavy, (Hold(2.0, 2.0, 0.1), LetGo(), Wait(60.0)), PERIOD)
     samples = motion.advance(8000)
@@ -75,7 +74,7 @@ def test_the_end_is_a_second_of_rest() -> None:
     assert np.ptp(angles[last - 201 : last], axis=0).max() > 0.01
 
 
-def test_started_by_hand_it_does_not_end_before_anything_moved() -> None:
+def test_started_by_hand_it_does_not_end_before_anything_moved():
     why, when = end(joints(Wait(10.0)))
     assert why is None
     assert when == pytest.approx(10.0, abs=0.01)
@@ -84,26 +83,26 @@ def test_started_by_hand_it_does_not_end_before_anything_moved() -> None:
 CAUGHT = (Hold(2.0, 2.0, 0.5), Wait(1.0), LetGo(), Wait(3.0), Hold(2.5, 2.5, 0.7), Wait(3.0))
 
 
-def test_a_hand_that_catches_the_rods_and_holds_them_is_an_end() -> None:
+def test_a_hand_that_catches_the_rods_and_holds_them_is_an_end():
     angles = joints(*CAUGHT, tremor=0.003)
     why, when = end(angles[round(1.6 / PERIOD) :])
     assert why is End.CAUGHT
     assert when + 1.6 == pytest.approx(6.2, abs=0.2)
 
 
-def test_started_by_hand_only_rest_ends_it() -> None:
+def test_started_by_hand_only_rest_ends_it():
     detector = EndDetector(TrialLimits(), 0, ends_when_caught=False)
     ends = [detector.update(round(n * PERIOD * 1e9), *angles) for n, angles in enumerate(joints(*CAUGHT).tolist())]
     assert set(ends) == {None}
 
 
-def test_a_trial_does_not_last_longer_than_it_may() -> None:
+def test_a_trial_does_not_last_longer_than_it_may():
     why, when = end(joints(Wait(5.0)), TrialLimits(longest=3.0))
     assert why is End.TIME_OUT
     assert when == pytest.approx(3.0, abs=0.01)
 
 
-def test_a_sliding_range_is_what_it_says() -> None:
+def test_a_sliding_range_is_what_it_says():
     generator = np.random.default_rng(5)
     stamps = np.cumsum(generator.integers(1, 9, 400)) * 10_000_000
     values = generator.normal(size=400)
@@ -116,7 +115,7 @@ def test_a_sliding_range_is_what_it_says() -> None:
 
 @pytest.mark.parametrize("L", [0.1, 0.4, 1.0, 2.0])
 @pytest.mark.parametrize("seed", range(3))
-def test_no_turning_point_of_a_swing_is_a_release(L: float, seed: float) -> None:
+def test_no_turning_point_of_a_swing_is_a_release(L, seed):
     generator = np.random.default_rng(seed)
     scale = L / NOMINAL["L"]
     own = {"L": L, **{s: NOMINAL[s] * scale for s in ("l1", "l2")}, **{s: NOMINAL[s] * scale**2 for s in ("J1", "J2")}}
@@ -128,9 +127,7 @@ def test_no_turning_point_of_a_swing_is_a_release(L: float, seed: float) -> None
     assert first_release(np.column_stack([samples[:, 1], samples[:, 2] - samples[:, 1]])) is None
 
 
-def seen(
-    angles: NDArray[np.float64], missing: float = 0.0, jump: float = 0.0, at: float = 1.0
-) -> list[tuple[int, float, float]]:
+def seen(angles, missing=0.0, jump=0.0, at=1.0):
     """Return stamps [ns] and angles; from a time on some are missing for so long, or the stamps jump by so much [s]."""
     times = np.arange(len(angles)) * PERIOD
     kept = (times < at) | (times >= at + missing)
@@ -141,7 +138,7 @@ def seen(
 @pytest.mark.parametrize(
     ("missing", "jump"), [(0.35, 0.0), (1.05, 0.0), (4.0, 0.0), (0.0, 0.4), (0.0, 1.05), (0.0, -0.4), (0.0, -3600.0)]
 )
-def test_samples_that_are_missing_and_stamps_that_jump_are_no_stillness(missing: float, jump: float) -> None:
+def test_samples_that_are_missing_and_stamps_that_jump_are_no_stillness(missing, jump):
     swing = joints(Hold(2.0, 2.0, 0.1), LetGo(), Wait(8.0))
     for at in np.arange(1.0, 2.5, 0.025).tolist():
         release, end = ReleaseDetector(TrialLimits()), EndDetector(TrialLimits(), 0)
@@ -150,7 +147,7 @@ def test_samples_that_are_missing_and_stamps_that_jump_are_no_stillness(missing:
             assert end.update(stamp, inner, outer) is None
 
 
-def test_a_motion_of_which_nothing_is_seen_for_longer_than_the_limit_has_ended() -> None:
+def test_a_motion_of_which_nothing_is_seen_for_longer_than_the_limit_has_ended():
     swing, detector = joints(Hold(2.0, 2.0, 0.1), LetGo(), Wait(8.0)), EndDetector(TrialLimits(silence=2.0), 0)
     ends = [detector.update(*sample) for sample in seen(swing, missing=2.1)]
     assert ends.index(End.SILENCE) == 200
@@ -158,14 +155,14 @@ def test_a_motion_of_which_nothing_is_seen_for_longer_than_the_limit_has_ended()
 
 @pytest.mark.parametrize(("missing", "jump"), [(0.4, 0.0), (0.0, 0.5), (0.0, -0.5), (0.0, -3600.0)])
 @pytest.mark.parametrize("at", [1.6, 2.0, 2.3, 2.45])
-def test_a_release_after_a_hold_of_which_samples_are_missing_is_noticed(missing: float, jump: float, at: float) -> None:
+def test_a_release_after_a_hold_of_which_samples_are_missing_is_noticed(missing, jump, at):
     hold = joints(Wait(1.0), Hold(1.5, 1.5, within=0.5), Wait(1.5), LetGo(), Wait(1.0))
     detector = ReleaseDetector(TrialLimits())
     found = [stamp * 1e-9 - jump for stamp, *angles in seen(hold, missing, jump, at) if detector.update(stamp, *angles)]
     assert found == pytest.approx([3.1], abs=0.15)
 
 
-def test_a_trial_that_time_was_set_back_in_lasts_no_longer_than_others() -> None:
+def test_a_trial_that_time_was_set_back_in_lasts_no_longer_than_others():
     detector = EndDetector(TrialLimits(longest=3.0), 0)
     ends = [detector.update(*sample) for sample in seen(joints(Wait(5.0)), jump=-3600.0, at=2.0)]
     assert ends.index(End.TIME_OUT) * PERIOD == pytest.approx(3.0, abs=0.02)

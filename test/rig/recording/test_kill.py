@@ -10,7 +10,6 @@ import sys
 import textwrap
 import time
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -66,11 +65,11 @@ SCRIPT = textwrap.dedent(
 )
 
 
-def read(folder: Path) -> list[tuple[int, int]]:
+def read(folder):
     """Return the stamp and number of each message of the only bag in a folder, as a reader of others sees it."""
     (bag,) = folder.iterdir()
     with AnyReader([bag], default_typestore=typestore()) as reader:
-        messages: list[Any] = [reader.deserialize(raw, connection.msgtype) for connection, _, raw in reader.messages()]
+        messages = [reader.deserialize(raw, connection.msgtype) for connection, _, raw in reader.messages()]
     return [
         (message.header.stamp.sec * 10**9 + message.header.stamp.nanosec, int(message.position[1]))
         for message in messages
@@ -78,9 +77,9 @@ def read(folder: Path) -> list[tuple[int, int]]:
 
 
 @pytest.mark.parametrize("batches", [2, pytest.param(10, marks=pytest.mark.campaign)])
-def test_killed_at_random_times_a_recorder_loses_nothing_older_than_a_second(tmp_path: Path, batches: int) -> None:
+def test_killed_at_random_times_a_recorder_loses_nothing_older_than_a_second(tmp_path, batches):
     generator = np.random.default_rng(20)
-    killed_ns: dict[Path, int] = {}
+    killed_ns = {}
     with subprocess.Popen(
         [sys.executable, "-c", SCRIPT, str(tmp_path), str(batches), str(RECORDERS)],
         stdout=subprocess.PIPE,

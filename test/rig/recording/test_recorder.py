@@ -2,21 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """Trials to bags, read back by a reader of others."""
 
-import json
 import os
 import resource
 import shutil
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 import yaml
 from rosbags.highlevel import AnyReader
 
-from cdp_ident.bag.diagnostics import MESSAGE_TYPE as DIAGNOSTICS
 from cdp_ident.bag.joint_state import MESSAGE_TYPE, serialize_joint_state, typestore
 from cdp_ident.bag.metadata import OFFERED_QOS_PROFILES
 from cdp_ident.errors import RigError
@@ -25,7 +22,6 @@ from cdp_ident.rig.emulator.motion import Motion
 from cdp_ident.rig.emulator.script import Hold, LetGo, MoveCart, Wait
 from cdp_ident.rig.recording.options import RecorderOptions
 from cdp_ident.rig.recording.recorder import ARMED, IDLE, RECORDING, Recorder, Surroundings
-from scenarios.device_messages import diagnostics
 
 EPOCH_NS = 1_760_000_000_000_000_000
 PERIOD_NS = 5_000_000
@@ -41,12 +37,12 @@ TRIAL = (Wait(1.0), Hold(1.5, 1.5, 1.0), Wait(1.0), LetGo(), Wait(15.0))
 class Bench:
     """A recorder that is fed with a script's motion at 200 Hz."""
 
-    def __init__(self, folder: Path, *script: Any, **options: Any) -> None:
-        self.said: list[str] = []
-        self.warned: list[str] = []
-        self.states: list[str] = []
-        self.bags: list[Path] = []
-        self.sent: list[tuple[int, float]] = []
+    def __init__(self, folder, *script, **options):
+        self.said = []
+        self.warned = []
+        self.states = []
+        self.bags = []
+        self.sent = []
         self.motion = Motion(HEAVY, script or TRIAL, PERIOD_NS * 1e-9)
         self.now_ns = EPOCH_NS
         self.recorder = Recorder(
@@ -61,7 +57,7 @@ class Bench:
             ),
         )
 
-    def run(self, seconds: float, silent: bool = False) -> None:
+    def run(self, seconds, silent=False):
         for cart, theta1, theta2 in self.motion.advance(round(seconds * 200))[:, :3]:
             self.now_ns += PERIOD_NS
             if not silent:
@@ -72,23 +68,23 @@ class Bench:
                 self.recorder.tick(self.now_ns)
 
 
-def read(bag: Path) -> list[tuple[int, float]]:
+def read(bag):
     with AnyReader([bag], default_typestore=typestore()) as reader:
-        messages: list[Any] = [reader.deserialize(raw, connection.msgtype) for connection, _, raw in reader.messages()]
+        messages = [reader.deserialize(raw, connection.msgtype) for connection, _, raw in reader.messages()]
     return [
         (message.header.stamp.sec * 10**9 + message.header.stamp.nanosec, message.position[1]) for message in messages
     ]
 
 
-def information(bag: Path) -> dict[str, Any]:
+def information(bag):
     return dict(yaml.safe_load((bag / "metadata.yaml").read_text())["rosbag2_bagfile_information"])
 
 
-def custom_data(bag: Path) -> dict[str, str]:
+def custom_data(bag):
     return dict(information(bag)["custom_data"])
 
 
-def test_an_armed_recorder_records_one_trial_from_before_the_release_to_the_rest(tmp_path: Path) -> None:
+def test_an_armed_recorder_records_one_trial_from_before_the_release_to_the_rest(tmp_path):
     bench = Bench(tmp_path)
     bench.recorder.arm()
     bench.run(18.0)
@@ -110,7 +106,7 @@ def test_an_armed_recorder_records_one_trial_from_before_the_release_to_the_rest
 CATCHES = (Wait(1.0), *3 * (Hold(1.5, 1.5, 0.7), Wait(0.7), LetGo(), Wait(2.0)), Wait(15.0))
 
 
-def test_a_catch_ends_a_trial_and_the_next_release_begins_another(tmp_path: Path) -> None:
+def test_a_catch_ends_a_trial_and_the_next_release_begins_another(tmp_path):
     bench = Bench(tmp_path, *CATCHES, rearm=True)
     bench.run(28.0)
     assert [custom_data(bag)["ended"] for bag in bench.bags] == [
@@ -121,14 +117,14 @@ def test_a_catch_ends_a_trial_and_the_next_release_begins_another(tmp_path: Path
 
 
 @pytest.mark.parametrize("held", [0.95, 1.0, 1.05])
-def test_the_release_after_a_catch_is_not_lost_however_long_the_hand_holds(tmp_path: Path, held: float) -> None:
+def test_the_release_after_a_catch_is_not_lost_however_long_the_hand_holds(tmp_path, held):
     swing = (Hold(1.5, 1.5, 0.7), Wait(held), LetGo(), Wait(2.0))
     bench = Bench(tmp_path, Wait(1.0), *4 * swing, Wait(15.0), rearm=True)
     bench.run(1.0 + 4 * (2.7 + held) + 12.0)
     assert [custom_data(bag)["started"] for bag in bench.bags] == 4 * ["by release"]
 
 
-def test_a_gap_is_noted_and_the_swing_goes_on(tmp_path: Path) -> None:
+def test_a_gap_is_noted_and_the_swing_goes_on(tmp_path):
     bench = Bench(tmp_path, shortest=1.0)
     bench.recorder.arm()
     bench.run(4.0)
@@ -142,35 +138,14 @@ def test_a_gap_is_noted_and_the_swing_goes_on(tmp_path: Path) -> None:
     assert facts["warnings"].endswith("samples are lost, the longest gap is 1.055 s")
 
 
-def test_not_rearmed_only_the_first_of_several_swings_is_recorded(tmp_path: Path) -> None:
+def test_not_rearmed_only_the_first_of_several_swings_is_recorded(tmp_path):
     bench = Bench(tmp_path, *CATCHES)
     bench.recorder.arm()
     bench.run(28.0)
     assert [custom_data(bag)["ended"] for bag in bench.bags] == ["the pendulum was caught"]
 
 
-def test_it_tells_the_state_of_the_rig_whose_joint_states_it_records(tmp_path: Path) -> None:
-    bench = Bench(tmp_path)
-    rigs = {"/rig2/driver": {"zero": "none was ever taken"}, "/rig1/driver": {"zero": "taken"}, "/camera": {}}
-    bench.run(0.1)
-    bag = bench.recorder.start(bench.now_ns)
-    bench.recorder.take("/diagnostics", DIAGNOSTICS, bench.now_ns, diagnostics(rigs, "firmware on /dev/tty"))
-    bench.recorder.stop()
-    facts = custom_data(bag)
-    assert (facts["rig_name"], facts["zero"]) == ("/rig1/driver", "taken")
-    assert json.loads(facts["rig"])["hardware_id"] == "firmware on /dev/tty"
-
-
-def test_what_publishers_offer_is_recorded(tmp_path: Path) -> None:
-    bench = Bench(tmp_path)
-    bench.run(1.0)
-    bag = bench.recorder.start(bench.now_ns)
-    bench.recorder.stop()
-    (topic,) = information(bag)["topics_with_message_count"]
-    assert topic["topic_metadata"]["offered_qos_profiles"] == [OFFERED["/joint_states"]]
-
-
-def test_a_clock_that_is_set_back_leaves_nothing_behind_in_memory(tmp_path: Path) -> None:
+def test_a_clock_that_is_set_back_leaves_nothing_behind_in_memory(tmp_path):
     bench = Bench(tmp_path)
     bench.run(3.0)
     bench.now_ns -= 3_600_000_000_000
@@ -182,7 +157,18 @@ def test_a_clock_that_is_set_back_leaves_nothing_behind_in_memory(tmp_path: Path
     assert len(bench.sent) == before + 600
 
 
-def test_a_bag_s_folder_is_told_absolutely(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_messages_from_before_a_start_are_kept_up_to_a_size(tmp_path, monkeypatch):
+    monkeypatch.setattr("cdp_ident.rig.recording.pre_trigger._MOST_BYTES", 10_000)
+    bench = Bench(tmp_path)
+    bench.run(3.0)
+    bag = bench.recorder.start(bench.now_ns)
+    bench.recorder.stop()
+    kept = read(bag)
+    assert 0 < len(kept) < 100
+    assert kept == bench.sent[-len(kept) :]
+
+
+def test_a_bag_s_folder_is_told_absolutely(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     bench = Bench(Path("trials"))
     bench.run(0.1)
@@ -193,7 +179,7 @@ def test_a_bag_s_folder_is_told_absolutely(tmp_path: Path, monkeypatch: pytest.M
     assert bag.parent == tmp_path / "trials"
 
 
-def test_start_and_stop_by_hand_record_what_is_between_and_a_moment_before(tmp_path: Path) -> None:
+def test_start_and_stop_by_hand_record_what_is_between_and_a_moment_before(tmp_path):
     bench = Bench(tmp_path)
     bench.run(2.0)
     bag = bench.recorder.start(bench.now_ns)
@@ -203,7 +189,7 @@ def test_start_and_stop_by_hand_record_what_is_between_and_a_moment_before(tmp_p
     assert custom_data(bag)["started"] == "by hand"
 
 
-def test_a_moving_cart_lost_samples_and_a_short_trial_are_said_and_kept_as_metadata(tmp_path: Path) -> None:
+def test_a_moving_cart_lost_samples_and_a_short_trial_are_said_and_kept_as_metadata(tmp_path):
     bench = Bench(tmp_path, Hold(1.5, 1.5, 1.0), Wait(1.0), LetGo(), Wait(0.5), MoveCart(0.05, 0.5), Wait(9.0))
     bench.recorder.arm()
     bench.run(2.8)
@@ -217,7 +203,7 @@ def test_a_moving_cart_lost_samples_and_a_short_trial_are_said_and_kept_as_metad
         assert any(words in warned for warned in bench.warned)
 
 
-def test_when_joint_states_stop_the_trial_ends(tmp_path: Path) -> None:
+def test_when_joint_states_stop_the_trial_ends(tmp_path):
     bench = Bench(tmp_path)
     bench.recorder.arm()
     bench.run(5.0)
@@ -226,7 +212,7 @@ def test_when_joint_states_stop_the_trial_ends(tmp_path: Path) -> None:
     assert custom_data(bench.bags[0])["ended"] == "no joint states came any more"
 
 
-def test_what_cannot_be_done_now_is_refused_with_the_reason(tmp_path: Path) -> None:
+def test_what_cannot_be_done_now_is_refused_with_the_reason(tmp_path):
     bench = Bench(tmp_path)
     with pytest.raises(RigError, match="nothing to stop"):
         bench.recorder.stop()
@@ -240,7 +226,7 @@ def test_what_cannot_be_done_now_is_refused_with_the_reason(tmp_path: Path) -> N
         bench.recorder.arm()
 
 
-def test_disarmed_it_records_nothing(tmp_path: Path) -> None:
+def test_disarmed_it_records_nothing(tmp_path):
     bench = Bench(tmp_path)
     bench.recorder.arm()
     bench.run(0.5)
@@ -250,7 +236,7 @@ def test_disarmed_it_records_nothing(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_joint_states_without_the_pendulums_joints_are_told_once(tmp_path: Path) -> None:
+def test_joint_states_without_the_pendulums_joints_are_told_once(tmp_path):
     bench = Bench(tmp_path)
     for stamp in range(3):
         bench.recorder.take("/joint_states", MESSAGE_TYPE, stamp, serialize_joint_state(["elbow"], [1.0], stamp))
@@ -258,13 +244,13 @@ def test_joint_states_without_the_pendulums_joints_are_told_once(tmp_path: Path)
     assert "no positions of inner_joint and outer_joint" in warned
 
 
-def test_a_folder_that_is_none_is_told_at_once(tmp_path: Path) -> None:
+def test_a_folder_that_is_none_is_told_at_once(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(RigError, match="nothing can be recorded in"):
         Bench(tmp_path / "file")
 
 
-def test_too_little_space_refuses_to_arm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_too_little_space_refuses_to_arm(tmp_path, monkeypatch):
     bench = Bench(tmp_path)
     usage = shutil.disk_usage(tmp_path)
     monkeypatch.setattr(shutil, "disk_usage", lambda _: usage._replace(free=1000))
@@ -272,7 +258,7 @@ def test_too_little_space_refuses_to_arm(tmp_path: Path, monkeypatch: pytest.Mon
         bench.recorder.arm()
 
 
-def test_a_disk_that_is_too_full_to_arm_again_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_disk_that_is_too_full_to_arm_again_is_said(tmp_path, monkeypatch):
     bench = Bench(tmp_path, rearm=True)
     bench.run(6.0)
     assert bench.recorder.state == RECORDING
@@ -284,16 +270,14 @@ def test_a_disk_that_is_too_full_to_arm_again_is_said(tmp_path: Path, monkeypatc
     assert any("only 0 MB are free" in warned for warned in bench.warned)
 
 
-def test_a_folder_that_went_away_is_made_anew_and_said(tmp_path: Path) -> None:
+def test_a_folder_that_went_away_is_made_anew_and_said(tmp_path):
     bench = Bench(tmp_path / "trials")
     (tmp_path / "trials").rmdir()
     bench.recorder.arm()
     assert bench.said == 2 * [f"made {tmp_path / 'trials'}, which was not there"]
 
 
-def test_a_disk_that_takes_no_more_is_said_at_once_and_what_was_written_is_completed_at_the_next_start(
-    tmp_path: Path,
-) -> None:
+def test_a_disk_that_takes_no_more_is_said_at_once_and_what_was_written_is_completed_at_the_next_start(tmp_path):
     bench = Bench(tmp_path)
     bench.run(1.0)
     bag = bench.recorder.start(bench.now_ns)
@@ -317,7 +301,7 @@ def test_a_disk_that_takes_no_more_is_said_at_once_and_what_was_written_is_compl
     assert kept[-1][0] >= EPOCH_NS + 2_700_000_000
 
 
-def test_a_bag_that_is_removed_while_it_is_recorded_is_said_at_once(tmp_path: Path) -> None:
+def test_a_bag_that_is_removed_while_it_is_recorded_is_said_at_once(tmp_path):
     bench = Bench(tmp_path)
     bench.run(1.0)
     shutil.rmtree(bench.recorder.start(bench.now_ns))
@@ -328,7 +312,7 @@ def test_a_bag_that_is_removed_while_it_is_recorded_is_said_at_once(tmp_path: Pa
 
 
 @pytest.mark.parametrize("by_hand", [True, False])
-def test_a_disk_that_does_not_take_the_first_samples_is_no_success(tmp_path: Path, by_hand: bool) -> None:
+def test_a_disk_that_does_not_take_the_first_samples_is_no_success(tmp_path, by_hand):
     bench = Bench(tmp_path)
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     if not by_hand:
@@ -350,7 +334,7 @@ def test_a_disk_that_does_not_take_the_first_samples_is_no_success(tmp_path: Pat
 
 
 @pytest.mark.parametrize("position", [1e308, -1e308, float("inf"), float("nan")])
-def test_a_position_that_no_pendulum_has_changes_nothing(tmp_path: Path, position: float) -> None:
+def test_a_position_that_no_pendulum_has_changes_nothing(tmp_path, position):
     bench = Bench(tmp_path)
     bench.recorder.arm()
     bench.run(2.5)
@@ -364,19 +348,19 @@ def test_a_position_that_no_pendulum_has_changes_nothing(tmp_path: Path, positio
 
 
 @pytest.mark.parametrize("name", ["../x", "/x", "a/b", "..", "", "a\nb", "漢" * 70])
-def test_a_name_that_leads_out_of_the_folder_is_refused(tmp_path: Path, name: str) -> None:
+def test_a_name_that_leads_out_of_the_folder_is_refused(tmp_path, name):
     with pytest.raises(RigError, match="is no name for bags"):
         Bench(tmp_path, name=name)
 
 
-def test_a_bag_of_the_longest_name_is_recorded(tmp_path: Path) -> None:
+def test_a_bag_of_the_longest_name_is_recorded(tmp_path):
     bench = Bench(tmp_path, name="x" * 200)
     bench.recorder.arm()
     bench.run(17.5)
     assert len(bench.bags) == 1
 
 
-def test_bags_that_cannot_be_read_do_not_keep_it_from_starting(tmp_path: Path) -> None:
+def test_bags_that_cannot_be_read_do_not_keep_it_from_starting(tmp_path):
     (tmp_path / "odd").mkdir()
     (tmp_path / "odd/metadata.yaml").write_text("")
     os.mkfifo(tmp_path / "odd/odd_0.mcap")
@@ -384,7 +368,7 @@ def test_bags_that_cannot_be_read_do_not_keep_it_from_starting(tmp_path: Path) -
     assert warning == f"left as it is: {tmp_path}/odd cannot be read: it is not a regular file"
 
 
-def test_a_folder_that_nobody_may_enter_any_more_is_said(tmp_path: Path) -> None:
+def test_a_folder_that_nobody_may_enter_any_more_is_said(tmp_path):
     bench = Bench(tmp_path / "bags")
     bench.recorder.arm()
     shutil.rmtree(tmp_path / "bags")
@@ -409,14 +393,12 @@ recorder.close()
 
 
 @pytest.mark.parametrize("attempt", range(3))
-def test_three_recorders_started_together_complete_old_bags_once_and_leave_each_other_s_alone(
-    tmp_path: Path, attempt: int
-) -> None:
+def test_three_recorders_started_together_complete_old_bags_once_and_leave_each_other_s_alone(tmp_path, attempt):
     left = Bench(tmp_path, Wait(60))
     left.run(1.0)
     bag = left.recorder.start(left.now_ns)
     left.run(1.0)
-    left.recorder._trial.writer._stream.close()  # type: ignore[union-attr]  # as a kill leaves it
+    left.recorder._trial.writer._stream.close()  # as a kill leaves it
     processes = [
         subprocess.Popen(
             [sys.executable, "-c", START, str(tmp_path)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
@@ -424,8 +406,8 @@ def test_three_recorders_started_together_complete_old_bags_once_and_leave_each_
         for _ in range(3)
     ]
     for process in processes:
-        process.stdin.write("\n")  # type: ignore[union-attr]
-        process.stdin.flush()  # type: ignore[union-attr]
+        process.stdin.write("\n")
+        process.stdin.flush()
     said = [process.communicate("\n", timeout=300)[0] for process in processes]
     assert [process.returncode for process in processes] == [0, 0, 0]
     assert "".join(said).count("completed a bag") == 1
@@ -433,4 +415,3 @@ def test_three_recorders_started_together_complete_old_bags_once_and_leave_each_
     bags = [folder for folder in tmp_path.iterdir() if folder.is_dir()]
     assert len(bags) == 4
     assert all((folder / "metadata.yaml").is_file() for folder in bags)
-    assert attempt < 3
