@@ -105,7 +105,6 @@ RULES = (
     Rule("imitation", "cdp_ident.tracing.certainty:_imitates", _no),
     Rule("withdrawal", "cdp_ident.tracing.trace:is_worse", _no),
     Rule("predictable windows", "cdp_ident.fit.scales:predictability", _longest),
-    Rule("windows astray", "cdp_ident.fit.initial_states:_HeldValues.begin_anew", _nothing),
     Rule("windows of half a swing", "cdp_ident.pipeline.identify_and_trace:_is_followed", _yes),
     Rule("values with less torque", "cdp_ident.tracing.final_model:values_with_less_torque", _its_values),
     Rule("tails of torques", "cdp_ident.likelihood.noise:Noise.with_tails", _first),

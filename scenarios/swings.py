@@ -25,7 +25,7 @@ from reference import pendulum, sticking
 from reference.dry_friction import DryFriction
 from reference.pendulum import TABLE_2, TABLE_5, Array
 
-MODEL = MotionModel(Mechanism(0.4, 9.81, 0.4, 0.03), penalty_of_errors=1e-8)
+MODEL = MotionModel(Mechanism(0.4, 9.81, 0.4, 0.03))
 UNIT = math.sqrt(0.4 / 9.81)
 """Time unit of the rig [s]."""
 TRUE, BEGIN = (groups_of(np.array([table[s] for s in SYMBOLS]), 0.4) for table in (TABLE_5, TABLE_2))

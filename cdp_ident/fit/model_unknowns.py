@@ -51,9 +51,6 @@ class ModelUnknowns:
     """How well they are, that of each joint for itself: their relative standard deviation."""
     weight_errors: tuple[ErrorOf, ...] = ()
     """Errors of the weights' masses and places: unknowns, in units of their standard deviations."""
-    penalty_of_errors: float = 0.0
-    """What a state that an effect brings adds to the cost of a window where it begins one standard deviation from zero:
-    the variance of the angles' noise [rad^2]."""
     effects: tuple[ActiveEffect, ...] = ()
     zeros: tuple[int, ...] = ()
     """Trials in which encoders have a zero of their own; none where zeros are right, or the same for all trials."""

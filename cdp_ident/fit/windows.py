@@ -83,41 +83,42 @@ class Window:
         """Where its samples are in the trial."""
         return slice(self.first, self.first + len(self.theta))
 
-    def shortened(self, samples: int) -> "Window":
-        """Return its first samples, from the same initial state."""
-        grid = TimeGrid.over(self.time[:samples], self.grid.step)
-        halves = slice(2 * grid.steps + 1)
-        return replace(
-            self,
-            time=self.time[:samples],
-            theta=self.theta[:samples],
-            grid=grid,
-            u=self.u[halves],
-            drive=None if self.drive is None else self.drive[halves],
-            sample_weights=None if self.sample_weights is None else self.sample_weights[:samples],
-        )
+    def pieces(self, steps: int) -> list["Window"]:
+        """Return it in pieces of so many steps of the integrator, each with an initial state by the samples."""
+        firsts = np.arange(0, self.grid.steps, steps)
+        samples = [*self.grid.first_sample[firsts].tolist(), len(self.time)]
+        since = np.asarray(firsts * self.grid.step, dtype=float)
+        angles, velocities = local_motion(self.time, self.theta, since, self.half_width)
+        pieces = []
+        for k, (first, (begin, end)) in enumerate(zip(firsts.tolist(), pairwise(samples), strict=True)):
+            last = min(first + steps, self.grid.steps)
+            own, halves = slice(begin, end), slice(2 * first, 2 * last + 1)
+            pieces.append(
+                replace(
+                    self,
+                    first=self.first + begin,
+                    begin=self.begin + since[k],
+                    time=self.time[own] - since[k],
+                    theta=self.theta[own],
+                    grid=TimeGrid(self.grid.step, last - first, self.grid.place[own] - first),
+                    u=self.u[halves],
+                    start=np.concatenate([angles[k], velocities[k]]),
+                    drive=None if self.drive is None else self.drive[halves],
+                    sample_weights=None if self.sample_weights is None else self.sample_weights[own],
+                )
+            )
+        return pieces
 
     @property
     def counts(self) -> Array:
         """(n, 2) how much each reading of the inner and of the outer encoder counts."""
         return np.ones_like(self.theta) if self.sample_weights is None else self.sample_weights
 
-    @property
-    def independent(self) -> float:
-        """How many samples it has, those of joints at rest counted by their weights."""
-        return float(np.sum(self.counts)) / self.theta.shape[1]
-
     def whitened(self, rows: Array) -> Array:
         """Return rows (n, 2) or (n, 2, k) of theta1 and theta2, weighted."""
         if self.sample_weights is None:
             return rows
         return np.asarray(np.einsum("nij,nj...->ni...", self.whitening, rows))
-
-    def angles_of(self, whitened: Array) -> Array:
-        """Return the theta1 and theta2 (n, 2) of weighted ones."""
-        if self.sample_weights is None:
-            return whitened
-        return np.asarray(np.linalg.solve(self.whitening, whitened[..., None])[..., 0])
 
     @cached_property
     def whitening(self) -> Array:

@@ -83,7 +83,6 @@ def identify(
         motors=motors,
         torque_std=max(options.torque_std, np.finfo(float).eps),
         weight_errors=tuple(dict.fromkeys(e for trial in fit for weight in trial.weights for e in weight.errors)),
-        penalty_of_errors=max(data.noise_level, np.finfo(float).tiny) ** 2,
     )
     objective = search_objective(data.fit, options.span(data.window), prior)
     search = genetic_search(objective, *prior.box, options.search, np.random.default_rng(options.seed), stop)
