@@ -164,11 +164,6 @@ class ForceBalance:
         """Minus twice the logarithm of the likelihood, but for a constant, of what is left as a share of gravity's."""
         return float(2.0 * self.rows @ np.log(np.maximum(self.unexplained, np.finfo(float).tiny)))
 
-    def groups_of(self, trial: Trial) -> Array:
-        """Return the base parameters (5,) as a trial shows them, whose rods may have weights."""
-        added = added_by(trial.weights, self.length) / (self.inertia or np.inf)
-        return (self.groups + added[1:]) / (1.0 + added[0])
-
 
 def balance_of_forces(pieces: Pieces, effects: Sequence[Effect] = (), length_free: bool = False) -> ForceBalance:
     """Fit the balance of forces with given effects of those that are looked for.

@@ -3,7 +3,7 @@
 """Trials cut into windows, each simulated from an initial state of its own.
 
 A double pendulum is chaotic: beyond a few seconds no simulation from one initial state follows an energetic trial,
-whatever its parameters. Windows are short enough to be predictable, and all share the parameters.
+whatever its parameters. Windows are two small swings long, or shorter where the motion is fast.
 """
 
 from collections.abc import Sequence

@@ -71,7 +71,7 @@ def identify(
     noise = noise_over(shown)
     balances, failure = _balances(shown, prior)
     balanced = balances[0] if balances else None
-    scales = scales_of(shown, prior.length, prior.gravity, noise, balanced.groups_of if balanced else None)
+    scales = scales_of(shown, prior.length, prior.gravity, noise)
     averaged = scales.together if sum(len(part.measured.time) for part in parted) > _MOST_SAMPLES else 1
     parted = [
         replace(part, trial=thinned(part.trial, scales.together), measured=thinned(part.measured, averaged))
