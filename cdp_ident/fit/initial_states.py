@@ -55,14 +55,9 @@ class Fit:
     """(n, 2) measured minus simulated theta1 and theta2 of each window [rad]."""
 
     def rmse(self, angle: int | None = None) -> float:
-        """Root mean square error of one angle (0: theta1, 1: theta2) or of both together [rad].
-
-        Samples in which both joints rest count by their weights.
-        """
-        columns = slice(None) if angle is None else slice(angle, angle + 1)
-        counts = [np.max(window.counts, axis=1) for window in self.windows]
-        squared = [of @ np.mean(error[:, columns] ** 2, axis=1) for of, error in zip(counts, self.errors, strict=True)]
-        return float(np.sqrt(sum(squared) / sum(map(np.sum, counts))))
+        """Root mean square error of one angle (0: theta1, 1: theta2) or of both together [rad]."""
+        columns = slice(None) if angle is None else angle
+        return float(np.sqrt(np.mean(np.concatenate(self.errors)[:, columns] ** 2)))
 
 
 def fit_initial_states(model: MotionModel, values: Array, windows: Sequence[Window]) -> Fit:
@@ -146,7 +141,7 @@ class _Shooting:
         found, tried = self.model.motions_in(self.values, starts, [self.window] * len(starts)), list[_Motion]()
         for start, theta in zip(starts, np.split(found.readings, len(starts)), strict=True):
             errors = self.window.theta - theta
-            cost = float(np.sum(self.window.whitened(errors) ** 2))
+            cost = float(np.sum(errors**2))
             tried.append(_Motion(cost if np.isfinite(cost) else np.inf, start, errors))
         return min(tried, key=lambda motion: motion.cost)
 
@@ -160,9 +155,9 @@ class _Shooting:
         if not all(np.all(np.isfinite(of)) for of in (found.readings, found.by, found.ends, found.ends_by)):
             return np.full(starts.shape, np.nan), False
         errors, samples = self.window.theta - found.readings, [slice(*of) for of in pairwise(found.bounds.tolist())]
-        residuals, limit = self.window.whitened(errors), OUTLIER * float(np.median(np.abs(errors))) / MEDIAN_OF_SIZE
-        roots = 1.0 / np.sqrt(np.maximum(np.abs(residuals) / max(limit, np.finfo(float).tiny), 1.0))
-        residuals, slopes = roots * residuals, roots[..., None] * self.window.whitened(found.by)
+        limit = max(OUTLIER * float(np.median(np.abs(errors))) / MEDIAN_OF_SIZE, np.finfo(float).tiny)
+        roots = 1.0 / np.sqrt(np.maximum(np.abs(errors) / limit, 1.0))
+        residuals, slopes = roots * errors, roots[..., None] * found.by
         by_first, joined = [np.eye(starts.shape[1])], [np.zeros(starts.shape[1])]
         for by, end, after in zip(found.ends_by, found.ends, starts[1:], strict=False):
             by_first.append(by @ by_first[-1])
@@ -185,10 +180,8 @@ def _with_zeros(found: Fit, trials: Sequence[int]) -> Array:
         for window, errors in zip(found.windows, found.errors, strict=True):
             if window.trial == trial:
                 by_start = model.motions_in(found.values, [window.start], [window], derive=True).by
-                of_zeros = np.tile(by_zeros, (len(errors), 1, 1))
-                both = window.whitened(np.concatenate([by_start, of_zeros, errors[..., None]], axis=-1))
-                basis, _ = np.linalg.qr(both[..., : model.states].reshape(-1, model.states))
-                others = both[..., model.states :].reshape(len(basis), -1)
+                basis, _ = np.linalg.qr(by_start.reshape(-1, model.states))
+                others = np.concatenate([np.tile(by_zeros, (len(errors), 1)), errors.reshape(-1, 1)], axis=1)
                 rows.append(others - basis @ (basis.T @ others))
         those = np.concatenate(rows)
         values[model.zero_places(trial)] += np.linalg.lstsq(those[:, :-1], those[:, -1])[0]
