@@ -62,7 +62,7 @@ def measured(
 def recorded(trials: Sequence[Trial], spacing: float = NEAR, steps: float = 0.0) -> Recorded:
     """Return trials with nodes of a spacing in time units, and encoders of a step [rad]."""
     counts = np.full(2, steps)
-    swings = [s for k, one in enumerate(trials) for s in Swing.of(one, k, STEP, spacing * UNIT, 0.05, counts)]
+    swings = [s for k, one in enumerate(trials) for s in Swing.of(one, k, STEP, spacing * UNIT)]
     return Recorded(tuple(swings), np.full(2, 3e-4), counts, UNIT)
 
 
