@@ -9,7 +9,6 @@ from typing import Literal
 import numpy as np
 
 from cdp_ident.diagnosis.identification import Identification
-from cdp_ident.fit.initial_states import Fit
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
 from cdp_ident.pipeline.identify import identify
@@ -87,8 +86,8 @@ def answer_of(traced: Trace) -> Found:
         named.append(Named(own.key, (own.name, str(own.joint)), as_possible, one.probability))
     return Found(
         tuple(named),
-        error_of_samples(traced.before.holdout),
-        error_of_samples(traced.after.holdout),
+        traced.before.holdout.rmse(),
+        traced.after.holdout.rmse(),
         traced.unexplained.significant,
         traced.unexplained.description,
         tuple(
@@ -97,11 +96,6 @@ def answer_of(traced: Trace) -> Found:
         tuple(one.active.effect.key for one in traced.effects if one.certainty == "acts_like"),
         tuple(one.curve.likeness for one in traced.effects if one.curve),
     )
-
-
-def error_of_samples(fit: Fit) -> float:
-    """Return the root mean square error of both angles [rad]; readings that a joint at rest repeats count, too."""
-    return float(np.sqrt(np.mean(np.concatenate(fit.errors) ** 2)))
 
 
 def _given(truth: Truth) -> tuple[list[Trial], list[Trial], IdentifyOptions]:

@@ -68,10 +68,6 @@ class Case:
         r, u = RIGS[self.rig], self.unit
         return np.array([r.A23, r.A33, r.a1 / self.length, r.c1 / u, r.c2 / u, r.dry1 / u**2, r.dry2 / u**2])
 
-    def groups_of(self, _: Trial) -> Array:
-        """Return its base parameters (5,), which are those of every trial."""
-        return self.truth[:5]
-
     def trial(self, seed: int = 0) -> Trial:
         """Measure it."""
         clock = np.arange(round(self.duration * self.rate)) / self.rate

@@ -121,7 +121,7 @@ def draw(kind: str) -> tuple[str, bytes]:
     column = 1 if hidden.effect.joint == "outer" else 0
     found = identified(made)
     fit = found.fit
-    parts = [(w.begin + w.time, left) for w, left in zip(fit.windows, fit.residuals, strict=True) if w.trial == trial]
+    parts = [(w.begin + w.time, left) for w, left in zip(fit.windows, fit.errors, strict=True) if w.trial == trial]
     lasts = hidden.effect.in_plant is not None and hidden.effect.trial is None
     # The search is ended as soon as it has fitted the paper's model.
     missing = MissingTorque.of(select_effects(found, stop=lambda: True).before) if lasts else None

@@ -79,10 +79,6 @@ def _second(_one: Any, other: Any, *_others: Any, **_named: Any) -> Any:
     return other
 
 
-def _longest(*arguments: Any) -> Any:
-    return arguments[-1]
-
-
 def _its_values(found: Any) -> Any:
     return found.values
 
@@ -104,8 +100,6 @@ RULES = (
     Rule("effects of balances", "cdp_ident.tracing.select_effects:_balanced", _empty),
     Rule("imitation", "cdp_ident.tracing.certainty:_imitates", _no),
     Rule("withdrawal", "cdp_ident.tracing.trace:is_worse", _no),
-    Rule("predictable windows", "cdp_ident.fit.scales:predictability", _longest),
-    Rule("windows astray", "cdp_ident.fit.initial_states:_HeldValues.begin_anew", _nothing),
     Rule("windows of half a swing", "cdp_ident.pipeline.identify_and_trace:_is_followed", _yes),
     Rule("values with less torque", "cdp_ident.tracing.final_model:values_with_less_torque", _its_values),
     Rule("tails of torques", "cdp_ident.likelihood.noise:Noise.with_tails", _first),

@@ -2,9 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The scales of rigs of 0.05 to 2 m, and what following them costs: nothing that was chosen for one of 0.4 m.
 
-For each case it prints the scales in the rig's unit of time, for how long the motion could in truth be followed from
-initial states of local cubics, and what thinning changes: the error of A23, A33 and a1 over A22 with all samples and
-with fewer.
+For each case it prints the scales in the rig's unit of time, and what thinning changes: the error of A23, A33 and a1
+over A22 with all samples and with fewer.
 """
 
 import itertools
@@ -14,52 +13,30 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks.balance import GRAVITY, RIGS, Array, Case, moved
+from benchmarks.balance import GRAVITY, Case
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.force_balance import Pieces, balances_of
-from cdp_ident.fit.scales import Scales, scales_of
+from cdp_ident.fit.scales import scales_of
 from cdp_ident.fit.thinning import thinned
-from cdp_ident.trial.kinematics import local_motion
-from cdp_ident.trial.trial import Trial
-from reference.own_units import motion
 
 LENGTHS = (0.05, 0.4, 2.0)
 RATES = (60.0, 200.0, 2000.0)
 DURATIONS = (2.0, 20.0, 600.0)
 NOISES = (1e-5, 1e-3, 1e-2)
 STARTS = ("small", "wide", "whirling")
-LOST = 0.2
-"""Error over the angles' scatter at which a simulation has lost the motion."""
-TRIED = 10
-
-
-def followed(case: Case, trial: Trial, scales: Scales) -> float:
-    """Return for how long [units] nine of ten simulations follow the truth from starts that the data give."""
-    truth = moved(case.rig, case.start, 450.0)
-    amplitude = np.minimum(np.std(trial.theta, axis=0), 1.0)
-    clock: Array = np.asarray(np.linspace(0.0, 15.0, 151), dtype=float)
-    lasted = []
-    last = min(case.duration / case.unit, 100.0)
-    for begin in np.linspace(0.05, 0.9, TRIED) * last:
-        angles, rates = local_motion(trial.time, trial.theta, np.array([begin * case.unit]), scales.half_width)
-        simulated = motion(RIGS[case.rig], np.concatenate([angles[0], rates[0] * case.unit]), clock, 1e-7)[:, :2]
-        true_motion = motion(RIGS[case.rig], np.concatenate([truth(begin), truth(begin, 1)]), clock, 1e-7)[:, :2]
-        lost = np.flatnonzero((np.abs(simulated - true_motion) / amplitude).max(axis=1) > LOST)
-        lasted.append(clock[lost[0]] if len(lost) else np.inf)
-    return float(np.quantile(lasted, 0.1, method="lower"))
 
 
 def sweep(cases: Sequence[Case]) -> Table:
     """Return a table with a row for each case; times are in the rig's units."""
     table = Table(
-        "start", r"L \[m]", "Hz", "s", "mrad", "pace", "step", "window", "followed", "piece", "half width",
+        "start", r"L \[m]", "Hz", "s", "mrad", "pace", "step", "window", "piece", "half width",
         "together", "error of all [%]", "of fewer [%]",
     )  # fmt: skip
     for case in cases:
         trial, unit = case.trial(), case.unit
         known = (case.start, f"{case.length:g}", f"{case.rate:g}", f"{case.duration:g}", f"{1e3 * case.noise:g}")
         try:
-            scales = scales_of([trial], case.length, GRAVITY, np.full(2, case.noise), case.groups_of)
+            scales = scales_of([trial], case.length, GRAVITY, np.full(2, case.noise))
             fewer = thinned(trial, scales.together)
             errors = [
                 f"{100 * float(np.max(np.abs(balance.groups[:3] / case.truth[:3] - 1))):.3f}"
@@ -72,7 +49,7 @@ def sweep(cases: Sequence[Case]) -> Table:
         window, piece, half_width = (f"{time / unit:.2f}" for time in times)
         table.add_row(
             *known, f"{scales.pace * unit:.1f}", f"{scales.step / unit:.4f}", window,
-            f"{followed(case, trial, scales):.1f}", piece, half_width, str(scales.together), *errors,
+            piece, half_width, str(scales.together), *errors,
         )  # fmt: skip
     return table
 

@@ -70,9 +70,7 @@ class Swings:
             swings = tuple(
                 each
                 for index, trial in enumerate(trials)
-                for each in Swing.of(
-                    trial, index, scales.step, spacing * scales.time_unit, scales.half_width, scales.encoder_steps
-                )
+                for each in Swing.of(trial, index, scales.step, spacing * scales.time_unit)
             )
             encoders = np.full(2, noise[0])
             states = [each.states(model, values, []) for each in swings]

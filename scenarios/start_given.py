@@ -25,7 +25,6 @@ from cdp_ident.model.parameters import coefficients_of, groups_of, physical_coef
 from cdp_ident.model.population import Population, Segment
 from cdp_ident.model.time_grid import DEFAULT_STEP as STEP
 from cdp_ident.search.genetic_search import genetic_search
-from cdp_ident.trial.kinematics import HALF_WIDTH
 from cdp_ident.trial.trial import Trial
 from reference.pendulum import TABLE_3, TABLE_5, Array
 from scenarios.twin import standard_twin
@@ -85,13 +84,13 @@ def balance_and_fit(problem: StartGiven) -> Arrival:
 
 def _fitted(problem: StartGiven, groups: Array, evaluations: int) -> Arrival:
     unit = time_unit(PRIOR.length, PRIOR.gravity)
-    nodes = Swing.of(problem.trial, 0, STEP, NEAR * unit, HALF_WIDTH, STEPS)
+    nodes = Swing.of(problem.trial, 0, STEP, NEAR * unit)
     recorded = Recorded(tuple(nodes), np.full(2, NOISE), STEPS, unit)
     states = [swing.states(MODEL, groups, []) for swing in nodes]
     noise = Noise.white(recorded.encoders, recorded.large_torque)
     found = GaussNewton(MODEL, groups, recorded, states, noise, CLOSE_ENOUGH).run(ENOUGH_STEPS).found()
     # Its start is known: the whole trial is one piece.
-    (whole,) = Swing.of(problem.trial, 0, STEP, problem.trial.duration, HALF_WIDTH, STEPS)
+    (whole,) = Swing.of(problem.trial, 0, STEP, problem.trial.duration)
     values, steps = found.values, 0
     while (error := _error(problem, values)) > CLOSE and steps < _MOST_STEPS:
         linear = whole.linearised(MODEL, values, np.array([TABLE_3]))

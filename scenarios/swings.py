@@ -25,7 +25,7 @@ from reference import pendulum, sticking
 from reference.dry_friction import DryFriction
 from reference.pendulum import TABLE_2, TABLE_5, Array
 
-MODEL = MotionModel(Mechanism(0.4, 9.81, 0.4, 0.03), penalty_of_errors=1e-8)
+MODEL = MotionModel(Mechanism(0.4, 9.81, 0.4, 0.03))
 UNIT = math.sqrt(0.4 / 9.81)
 """Time unit of the rig [s]."""
 TRUE, BEGIN = (groups_of(np.array([table[s] for s in SYMBOLS]), 0.4) for table in (TABLE_5, TABLE_2))
@@ -62,7 +62,7 @@ def measured(
 def recorded(trials: Sequence[Trial], spacing: float = NEAR, steps: float = 0.0) -> Recorded:
     """Return trials with nodes of a spacing in time units, and encoders of a step [rad]."""
     counts = np.full(2, steps)
-    swings = [s for k, one in enumerate(trials) for s in Swing.of(one, k, STEP, spacing * UNIT, 0.05, counts)]
+    swings = [s for k, one in enumerate(trials) for s in Swing.of(one, k, STEP, spacing * UNIT)]
     return Recorded(tuple(swings), np.full(2, 3e-4), counts, UNIT)
 
 

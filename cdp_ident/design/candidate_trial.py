@@ -52,7 +52,7 @@ def swing_of(candidate: CandidateTrial, knowledge: Knowledge) -> tuple[Swing, Ar
     samples = max(int(sampling.duration / sampling.interval), 2)
     time: Array = np.arange(samples, dtype=np.float64) * sampling.interval
     trial = Trial("next", time, _shown(_states(candidate, knowledge, time), sampling.steps), weights=candidate.weights)
-    (swing,) = Swing.of(trial, NEW, sampling.step, sampling.spacing, sampling.half_width, sampling.steps)
+    (swing,) = Swing.of(trial, NEW, sampling.step, sampling.spacing)
     return swing, _states(candidate, knowledge, swing.node_times)
 
 

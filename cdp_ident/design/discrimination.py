@@ -73,8 +73,7 @@ class RecordedMotion:
             swing
             for index, *bounds in chosen
             for swing in Swing.of(
-                trials[index], index, sampling.step, sampling.spacing, sampling.half_width, sampling.steps,
-                bounds=[(bounds[0], bounds[1])],
+                trials[index], index, sampling.step, sampling.spacing, bounds=[(bounds[0], bounds[1])],
             )
         )  # fmt: skip
         shown, whole = (

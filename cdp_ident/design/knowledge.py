@@ -35,7 +35,7 @@ class Sampling:
     spacing: float
     """Of the nodes [s]."""
     half_width: float
-    """For which both readings may be repeated without the rods being at rest [s]."""
+    """Of the local cubics that estimate initial states [s]."""
     step: float
     """Of the integrator [s]."""
     steps: Array

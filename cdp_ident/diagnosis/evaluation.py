@@ -12,7 +12,6 @@ from cdp_ident.errors import FitFailedError, IdentificationError
 from cdp_ident.fit.data import Data
 from cdp_ident.fit.initial_states import Fit, fit_initial_states
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.predictability import LOST
 from cdp_ident.fit.share import share_of
 from cdp_ident.fit.windows import Window, as_one_window, beginning_of
 from cdp_ident.machine.parallel import parallel_map
@@ -20,6 +19,8 @@ from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
 
+_LOST = 0.2
+"""An error of the angles, as a share of their scatter, beyond which a simulation no longer follows the motion."""
 _MOST_LOST = 0.25
 """Share of the windows in which the simulation may fail to follow the motion: an event affects only a few."""
 _NOISE = 2.0
@@ -150,7 +151,7 @@ def refuse_a_failed_fit(fits: Sequence[Fit], noise: float) -> None:
         noise: root mean square of what the encoders add to both angles [rad].
     """
     scatter = np.sqrt(np.mean([np.var(window.theta, axis=0).mean() for fit in fits for window in fit.windows]))
-    limit = max(LOST * min(float(scatter), 1.0), _NOISE * noise)
+    limit = max(_LOST * min(float(scatter), 1.0), _NOISE * noise)
     for fit, which in zip(fits, ("fitted", "predicted"), strict=True):
         # An encoder that is off by the same all the time shows no other motion: the scatter is about the mean, too.
         errors = [float(np.sqrt(np.var(error, axis=0).mean())) for error in fit.errors]

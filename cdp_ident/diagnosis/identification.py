@@ -3,12 +3,12 @@
 """A fitted model with its diagnosis."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.diagnosis.inertia import Inertia
-from cdp_ident.diagnosis.length import LengthByBalance
 from cdp_ident.diagnosis.repeatability import Repeatability, repeatability
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.data import Data
@@ -16,6 +16,7 @@ from cdp_ident.fit.force_balance import ForceBalance
 from cdp_ident.fit.initial_states import Fit
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.physical import PhysicalValues, nearest_physical_values
+from cdp_ident.likelihood.gauss_newton import GaussNewton
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.parameters import GROUPS, INVERSE_INERTIA
 from cdp_ident.search.genetic_search import SearchResult
@@ -31,8 +32,6 @@ class Identification:
     data: Data
     balances: tuple[ForceBalance, ...]
     """Balances of forces of the trials, the most likely first; none where there is too little motion."""
-    length: LengthByBalance | None
-    """L by the balance of forces, where it differs clearly from the given one."""
     search: SearchResult
     """The paper's search, from whose best chromosome the fit begins."""
     whole: WholeSwings
@@ -55,7 +54,6 @@ class Identification:
         options: IdentifyOptions,
         data: Data,
         balances: tuple[ForceBalance, ...],
-        length_by_balance: LengthByBalance | None,
         search: SearchResult,
         whole: WholeSwings,
         fit: Fit,
@@ -72,7 +70,6 @@ class Identification:
             options=options,
             data=data,
             balances=balances,
-            length=length_by_balance,
             search=search,
             whole=whole,
             fit=fit,
@@ -94,6 +91,20 @@ class Identification:
     def enough(self) -> float:
         """Motion in which effects are looked for, where there is more [s]: what the user asks for, or what suffices."""
         return self.options.motion_for_effects or self.data.scales.enough
+
+    @cached_property
+    def length_by_motion(self) -> tuple[float, float]:
+        """L as motion alone shows it, nothing being known of it beforehand, and its standard deviation [m]."""
+        whole = self.whole
+        if not whole.model.length_std:
+            model = replace(whole.model, length_std=np.inf)
+            values = np.insert(whole.values, len(GROUPS), model.mechanism.length)
+            try:
+                whole = GaussNewton(model, values, whole.recorded, whole.states, whole.noise).run().found()
+            except (IdentificationError, np.linalg.LinAlgError):
+                return model.mechanism.length, np.inf
+        place = whole.model.names.index("L")
+        return float(whole.values[place]), float(np.sqrt(whole.covariance[place, place]))
 
     @property
     def interrupted(self) -> bool:

@@ -46,7 +46,7 @@ def find_warnings(identification: Identification) -> list[FitWarning]:
     return [
         *_not_finished(identification),
         *_impossible(identification),
-        *_length(identification),
+        *_constants(identification),
         *_weights(identification),
         *_zeros(identification),
         *_differences(identification),
@@ -90,15 +90,16 @@ def _impossible(found: Identification) -> Iterator[FitWarning]:
         )
 
 
-def _length(found: Identification) -> Iterator[FitWarning]:
-    if found.length is not None:
-        advice = "measure it again, and give length_std. Effects that are named here may stand for the wrong L"
-        yield FitWarning("length_off", ("L",), f"{found.length.words}: {advice}")
-    model = found.fit.model
-    known = zip(model.base_names, found.fit.values, *model.known, strict=False)
-    units = {constant.symbol: constant.unit for constant in CONSTANTS}
-    for name, value, given, precision in known:
-        if name in units and (off := np.sqrt(precision) * abs(value - given)) > _OFF:
+def _constants(found: Identification) -> Iterator[FitWarning]:
+    model, units = found.fit.model, {constant.symbol: constant.unit for constant in CONSTANTS}
+    fitted = zip(model.base_names, found.fit.values, *model.known, strict=False)
+    seen = {name: (value, given, precision**-0.5) for name, value, given, precision in fitted if precision > 0.0}
+    if not {"L", "g"} & set(seen) and np.isfinite(found.options.length_std):
+        # L was said to be exact, or is so far off that it was not believed. Motion shows L / g.
+        value, std = found.length_by_motion
+        seen["L"] = value, model.mechanism.length, std
+    for name, (value, given, std) in seen.items():
+        if name in units and (off := abs(value - given) / std) > _OFF:
             where = f"{off:.1f} standard deviations from the {given:g} {units[name]} that were given"
             words = f"by the motion {name} is {value:.5g} {units[name]}, {where}: measure it again"
             yield FitWarning("constant_off", (name,), words)

@@ -122,7 +122,7 @@ def prepare(parted: Sequence[PartedTrial], window: float, scales: Scales, noise:
 
 
 def _cut(trial: Trial, index: int, bounds: Sequence[int], scales: Scales) -> list[Window]:
-    return cut_at(trial, index, bounds, scales.step, scales.half_width, scales.encoder_steps)
+    return cut_at(trial, index, bounds, scales.step, scales.half_width)
 
 
 def _typical(windows: Sequence[Window]) -> float:

@@ -21,6 +21,7 @@ from cdp_ident.model.effects.effect import JOINTS, Effect, Law
 from cdp_ident.model.parameters import GROUPS, INVERSE_INERTIA, time_unit
 from cdp_ident.model.weights import Weight, added_by
 from cdp_ident.trial.balance import motion_on_grid
+from cdp_ident.trial.differences import MEDIAN_OF_SIZE
 from cdp_ident.trial.scales import PER_UNIT, Scales
 from cdp_ident.trial.trial import Trial
 from cdp_ident.trial.weak_form import COLUMNS, WINDOW, Motion, integrated
@@ -49,8 +50,6 @@ _STICKS = 0.1
 _OUTLIER = 6.0
 """Rows beyond so many robust standard deviations do not count."""
 _ROUNDS = 3
-_MEDIAN_OF_SIZE = 0.6745
-"""Median size of a standard normal number."""
 _NO_TORQUE = 1e-9
 """Gravity's torque over A22 that is none [rad/s^2]."""
 _MARGIN = 1.02
@@ -164,11 +163,6 @@ class ForceBalance:
         """Minus twice the logarithm of the likelihood, but for a constant, of what is left as a share of gravity's."""
         return float(2.0 * self.rows @ np.log(np.maximum(self.unexplained, np.finfo(float).tiny)))
 
-    def groups_of(self, trial: Trial) -> Array:
-        """Return the base parameters (5,) as a trial shows them, whose rods may have weights."""
-        added = added_by(trial.weights, self.length) / (self.inertia or np.inf)
-        return (self.groups + added[1:]) / (1.0 + added[0])
-
 
 def balance_of_forces(pieces: Pieces, effects: Sequence[Effect] = (), length_free: bool = False) -> ForceBalance:
     """Fit the balance of forces with given effects of those that are looked for.
@@ -195,7 +189,7 @@ def balance_of_forces(pieces: Pieces, effects: Sequence[Effect] = (), length_fre
     for _ in range(_ROUNDS):
         values, normal = _least_squares(columns, target, counts, bounds)
         left = columns @ values - target
-        spread = np.array([np.median(np.abs(left[counts[:, k], k])) / _MEDIAN_OF_SIZE for k in range(2)])
+        spread = np.array([np.median(np.abs(left[counts[:, k], k])) / MEDIAN_OF_SIZE for k in range(2)])
         counts = holds & (np.abs(left) <= _OUTLIER * np.maximum(spread, 1e-300))
     values[1] = max(values[1], _MARGIN * values[0] ** 2)
     numbers = dict(zip(COLUMNS, basis(()) @ values, strict=True))

@@ -51,9 +51,6 @@ class ModelUnknowns:
     """How well they are, that of each joint for itself: their relative standard deviation."""
     weight_errors: tuple[ErrorOf, ...] = ()
     """Errors of the weights' masses and places: unknowns, in units of their standard deviations."""
-    penalty_of_errors: float = 0.0
-    """What a state that an effect brings adds to the cost of a window where it begins one standard deviation from zero:
-    the variance of the angles' noise [rad^2]."""
     effects: tuple[ActiveEffect, ...] = ()
     zeros: tuple[int, ...] = ()
     """Trials in which encoders have a zero of their own; none where zeros are right, or the same for all trials."""
@@ -138,12 +135,12 @@ class ModelUnknowns:
         of_weights[end - len(self.weight_errors) : end] = True
         return of_weights
 
-    def initial_values(self, groups: Array, inertia: float | None = None) -> Array:
-        """Return values of the unknowns without effects, for given base parameters (5,) and A22 [kg m^2].
+    def initial_values(self, groups: Array, inertia: float | None = None, length: float | None = None) -> Array:
+        """Return values of the unknowns without effects, for given base parameters (5,), A22 [kg m^2] and L [m].
 
-        L and g, and A22 where it is not given, are as known beforehand.
+        g, and A22 and L where they are not given, are as known beforehand.
         """
-        constants = [value for value, _ in self._constants.values()]
+        constants = [length or value if name == "L" else value for name, (value, _) in self._constants.items()]
         inverse = [1.0 / (inertia or self.mechanism.inertia)] * self.inertia_free
         return np.concatenate([groups, constants, inverse, np.zeros(len(self.of_motors) + len(self.weight_errors))])
 

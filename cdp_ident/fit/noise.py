@@ -39,8 +39,6 @@ _TRIED = 4000
 """The knots are chosen by so many samples, of the stretch with the fastest motion."""
 _NORMAL_EQUATIONS = {"method": "norm-eq"} if "method" in signature(make_lsq_spline).parameters else {}
 """SciPy before 1.15 solves these anyway, and has no such argument."""
-NO_STEPS = np.zeros(2)
-"""Steps of encoders that show none [rad]."""
 _NOTHING = 1e-12
 """A difference that is rounding error [rad]."""
 

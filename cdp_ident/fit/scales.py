@@ -3,10 +3,10 @@
 """The scales of a rig: every time and speed that the identification needs, from the rig and its data.
 
 Lengths and gravity make the unit of time, sqrt(L / g). Everything that was chosen for the paper's rig (L = 0.4 m) is a
-multiple of it here, and is shorter where the measured motion is faster or predictable for a shorter time only.
+multiple of it here, and is shorter where the measured motion is faster.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,7 +14,6 @@ import numpy.typing as npt
 
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.noise import FEWEST, encoder_steps
-from cdp_ident.fit.predictability import predictability
 from cdp_ident.fit.thinning import LOST
 from cdp_ident.fit.windows import FEWEST_SAMPLES
 from cdp_ident.model.parameters import time_unit
@@ -32,13 +31,13 @@ PACE = 2.5
 faster motion, steps are shorter by the same factor, since the error of a Runge-Kutta method depends on step times
 pace."""
 WINDOW = 12.38
-"""Longest window, in time units: 2.5 s on the paper's rig, two small swings."""
+"""Length of a window, in time units: 2.5 s on the paper's rig, two small swings."""
 SHORTEST_PIECE = 0.5
 """Shortest piece that is simulated from an initial state of its own, in time units: a tenth of a second on the paper's
 rig, just enough to estimate its velocities."""
-LONGEST_HALF_WIDTH = 0.5
-"""Longest half width of a local cubic, in time units: over more than a sixth of a small swing the motion is not
-cubic."""
+HALF_WIDTH = 0.5
+"""Half width of a local cubic, over the pace, and in time units at most: over more than a sixth of a small swing the
+motion is not cubic."""
 FEWEST_LOCAL = 3
 """Samples on either side that a local cubic needs at least, to have more of them than coefficients."""
 SAMPLES_PER_UNIT = 40.0
@@ -49,9 +48,6 @@ HIDDEN = 0.3
 ENOUGH = 400.0
 """Motion in which effects are looked for, where there is more, in time units: 81 s on the paper's rig. Benchmarks and
 examples of a minute are below it; of an hour it shows effects down to some seven times what the hour shows."""
-_OVERTONE = 2.0
-"""Ratio of the frequencies that dominate the fifth derivative to the pace. Measured: with it the half width is optimal
-within a fifth, for motions of 2 to 5 radians a time unit."""
 _STRETCH = 200.0
 """Time units of a trial, where its motion is fastest, from which its pace is taken."""
 _LIVELY = 0.99
@@ -69,7 +65,7 @@ class Scales:
     step: float
     """Of the integrator [s]."""
     window: float
-    """Of windows: for how long the motion of every trial is predictable from nine of ten instants [s]."""
+    """Length of the windows over which predictions are judged [s]."""
     shortest_piece: float
     """Shortest piece that is simulated from an initial state of its own [s]."""
     half_width: float
@@ -90,13 +86,7 @@ class Scales:
         return np.pi * self.time_unit
 
 
-def scales_of(
-    trials: Sequence[Trial],
-    length: float,
-    gravity: float,
-    noise: Array,
-    groups_of: Callable[[Trial], Array] | None = None,
-) -> Scales:
+def scales_of(trials: Sequence[Trial], length: float, gravity: float, noise: Array) -> Scales:
     """Choose the scales for trials.
 
     Args:
@@ -104,8 +94,6 @@ def scales_of(
         length: L [m].
         gravity: g [m/s^2].
         noise: (2,) standard deviation of the noise of theta1 and theta2 [rad].
-        groups_of: gives rough values of the base parameters (5,) in a trial, which show how long the motion is
-            predictable; without them windows have their greatest length.
 
     Raises:
         IdentificationError: no trial has enough samples.
@@ -116,29 +104,18 @@ def scales_of(
         raise IdentificationError(
             f"no trial has {FEWEST} samples and lasts {unit:.2f} s, the time unit of a rig with L = {length:g} m"
         )
-    motions = [_liveliest(trial, unit) for trial in usable]
-    paces = [_pace_of(motion) for motion in motions]
-    pace = max(paces)
+    pace = max(_pace_of(_liveliest(trial, unit)) for trial in usable)
     faster = max(1.0, pace * unit / PACE)
     spacing = float(np.median(np.concatenate([np.diff(trial.time) for trial in usable])))
-    speed = max(float(np.sqrt(np.mean(motion.rates**2))) for motion in motions)
-    half_width = _half_width_of(spacing, float(np.sqrt(np.mean(noise**2))), speed, pace, unit)
     shortest = max(SHORTEST_PIECE * unit / faster, FEWEST_SAMPLES * spacing)
-    window = WINDOW * unit
-    if groups_of is not None:
-        mostly = [
-            predictability(motion, groups_of(trial), length, gravity, noise, spacing, half_width, window)
-            for trial, motion in zip(usable, motions, strict=True)
-        ]
-        window = max(min(mostly), shortest)
     together = _together(spacing, float(np.min(noise)), unit, pace, faster)
     return Scales(
         time_unit=unit,
         pace=pace,
         step=STEP * unit / faster,
-        window=window,
+        window=max(WINDOW * unit / faster, shortest),
         shortest_piece=shortest,
-        half_width=half_width,
+        half_width=max(HALF_WIDTH / max(pace, 1.0 / unit), FEWEST_LOCAL * spacing),
         together=together,
         encoder_steps=np.max([encoder_steps(trial) for trial in trials], axis=0),
     )
@@ -164,20 +141,6 @@ def _pace_of(motion: Motion) -> float:
     speeds = np.abs(motion.rates)
     accelerations = np.abs(np.gradient(motion.rates, motion.scales.spacing, axis=0))
     return float(max(np.quantile(speeds, _LIVELY), np.sqrt(np.quantile(accelerations, _LIVELY))))
-
-
-def _half_width_of(spacing: float, noise: float, speed: float, pace: float, unit: float) -> float:
-    """Return the half width h [s] of local cubics with the least error of the velocity.
-
-    Its noise has the variance 75/8 noise^2 spacing / h^3 (Savitzky and Golay, Anal. Chem. 36, 1964), and a fifth
-    derivative x5 of the motion, about speed (2 pace)^4, moves it by x5 h^4 / 504.
-    """
-    bend = speed * (_OVERTONE * pace) ** 4 / 504.0
-    least = FEWEST_LOCAL * spacing
-    if bend == 0.0:
-        return max(LONGEST_HALF_WIDTH * unit, least)
-    best = (3.0 * 75.0 / 8.0 * noise**2 * spacing / (8.0 * bend**2)) ** (1.0 / 11.0)
-    return float(max(min(best, LONGEST_HALF_WIDTH * unit), least))
 
 
 def _together(spacing: float, noise: float, unit: float, pace: float, faster: float) -> int:

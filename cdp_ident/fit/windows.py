@@ -3,19 +3,16 @@
 """Trials cut into windows, each simulated from an initial state of its own.
 
 A double pendulum is chaotic: beyond a few seconds no simulation from one initial state follows an energetic trial,
-whatever its parameters. Windows are short enough to be predictable, and all share the parameters.
+whatever its parameters. Windows are two small swings long, or shorter where the motion is fast.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.fit.noise import NO_STEPS
-from cdp_ident.fit.rest import READINGS, weights_at_rest
 from cdp_ident.model.time_grid import DEFAULT_STEP, TimeGrid, interpolated
 from cdp_ident.model.weights import Weight
 from cdp_ident.trial.kinematics import HALF_WIDTH, local_motion
@@ -60,8 +57,6 @@ class Window:
     """Relative standard deviation of its trial's unit of time."""
     weights: tuple[Weight, ...] = ()
     """The known weights that were clamped to the rods in its trial."""
-    sample_weights: Array | None = None
-    """(n, 2) weights of both encoders' readings, 1 where they are not given; see `fit/rest.py`."""
 
     @property
     def duration(self) -> float:
@@ -83,57 +78,30 @@ class Window:
         """Where its samples are in the trial."""
         return slice(self.first, self.first + len(self.theta))
 
-    def shortened(self, samples: int) -> "Window":
-        """Return its first samples, from the same initial state."""
-        grid = TimeGrid.over(self.time[:samples], self.grid.step)
-        halves = slice(2 * grid.steps + 1)
-        return replace(
-            self,
-            time=self.time[:samples],
-            theta=self.theta[:samples],
-            grid=grid,
-            u=self.u[halves],
-            drive=None if self.drive is None else self.drive[halves],
-            sample_weights=None if self.sample_weights is None else self.sample_weights[:samples],
-        )
-
-    @property
-    def counts(self) -> Array:
-        """(n, 2) how much each reading of the inner and of the outer encoder counts."""
-        return np.ones_like(self.theta) if self.sample_weights is None else self.sample_weights
-
-    @property
-    def independent(self) -> float:
-        """How many samples it has, those of joints at rest counted by their weights."""
-        return float(np.sum(self.counts)) / self.theta.shape[1]
-
-    def whitened(self, rows: Array) -> Array:
-        """Return rows (n, 2) or (n, 2, k) of theta1 and theta2, weighted."""
-        if self.sample_weights is None:
-            return rows
-        return np.asarray(np.einsum("nij,nj...->ni...", self.whitening, rows))
-
-    def angles_of(self, whitened: Array) -> Array:
-        """Return the theta1 and theta2 (n, 2) of weighted ones."""
-        if self.sample_weights is None:
-            return whitened
-        return np.asarray(np.linalg.solve(self.whitening, whitened[..., None])[..., 0])
-
-    @cached_property
-    def whitening(self) -> Array:
-        """(n, 2, 2) matrix that gives a sample's theta1 and theta2 their weights.
-
-        Of the samples in which a joint rests, so many as its weight says tell both readings. All others tell the other
-        encoder's alone: the error of the repeated one is in theta1 and theta2 as often as it is repeated.
-        """
-        most = np.max(self.counts, axis=1)
-        precision = np.tile(np.eye(2), (len(self.theta), 1, 1))
-        for other, weight in zip(READINGS[::-1], self.counts.T, strict=True):
-            alone = np.outer(other, other) / (other @ other)
-            precision -= (1.0 - weight / most)[:, None, None] * (np.eye(2) - alone)
-        # Its root is a lower triangle: theta1 alone, and theta2 with it.
-        upper = np.swapaxes(np.linalg.cholesky(precision[:, ::-1, ::-1]), 1, 2)
-        return np.asarray(np.sqrt(most)[:, None, None] * upper[:, ::-1, ::-1])
+    def pieces(self, steps: int) -> list["Window"]:
+        """Return it in pieces of so many steps of the integrator, each with an initial state by the samples."""
+        firsts = np.arange(0, self.grid.steps, steps)
+        samples = [*self.grid.first_sample[firsts].tolist(), len(self.time)]
+        since = np.asarray(firsts * self.grid.step, dtype=float)
+        angles, velocities = local_motion(self.time, self.theta, since, self.half_width)
+        pieces = []
+        for k, (first, (begin, end)) in enumerate(zip(firsts.tolist(), pairwise(samples), strict=True)):
+            last = min(first + steps, self.grid.steps)
+            own, halves = slice(begin, end), slice(2 * first, 2 * last + 1)
+            pieces.append(
+                replace(
+                    self,
+                    first=self.first + begin,
+                    begin=self.begin + since[k],
+                    time=self.time[own] - since[k],
+                    theta=self.theta[own],
+                    grid=TimeGrid(self.grid.step, last - first, self.grid.place[own] - first),
+                    u=self.u[halves],
+                    start=np.concatenate([angles[k], velocities[k]]),
+                    drive=None if self.drive is None else self.drive[halves],
+                )
+            )
+        return pieces
 
 
 def cut_into_windows(
@@ -180,9 +148,7 @@ def beginning_of(
     return cut_at(trial, index, [0, max(samples, FEWEST_SAMPLES)], step, half_width)[0]
 
 
-def cut_at(
-    trial: Trial, index: int, bounds: Sequence[int], step: float, half_width: float, encoder_steps: Array = NO_STEPS
-) -> list[Window]:
+def cut_at(trial: Trial, index: int, bounds: Sequence[int], step: float, half_width: float) -> list[Window]:
     """Cut a trial into windows at samples.
 
     Initial states are estimated from the samples of their own window alone, so that a window that is kept out of a fit
@@ -194,7 +160,6 @@ def cut_at(
         bounds: the first sample of each window, and the one after the last.
         step: of the integrator [s].
         half_width: of the local cubics that estimate initial states [s].
-        encoder_steps: (2,) of the inner and the outer encoder [rad].
     """
     windows = []
     acceleration = trial.cart_acceleration
@@ -224,7 +189,6 @@ def cut_at(
                 half_width=half_width,
                 time_std=time_std,
                 weights=trial.weights,
-                sample_weights=weights_at_rest(time, theta, half_width, encoder_steps),
             )
         )
     return windows

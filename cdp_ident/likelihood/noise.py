@@ -10,13 +10,12 @@ import numpy.typing as npt
 
 from cdp_ident.likelihood.sweeps import Whitened, filter_rows
 from cdp_ident.likelihood.swing import Linearised, Swing
+from cdp_ident.trial.differences import MEDIAN_OF_SIZE
 
 Array = npt.NDArray[np.float64]
 
 _OUTLIER = 4.0
 """Readings that are further off than so many standard deviations lose weight (Huber, Robust Statistics, 1981)."""
-_PER_MEDIAN = 1.4826
-"""Standard deviation of Gaussian noise over its median size."""
 _FREEDOM = 3.0
 """Degrees of freedom of the distribution of unknown torques."""
 _SURE, _LONGEST_MEMORY = 4.0, 0.99
@@ -181,7 +180,7 @@ class Noise:
             by_time: (samples, 2) or (2,) standard deviation of what errors of time add [rad].
         """
         # Where times are right, noise that is not known yet is at least the usual size of what is left.
-        usual = _PER_MEDIAN * np.median(np.abs(new[swing.counts[:, 0] > 0.0]), axis=0)
+        usual = np.median(np.abs(new[swing.counts[:, 0] > 0.0]), axis=0) / MEDIAN_OF_SIZE
         beyond = np.abs(new) / (_OUTLIER * np.hypot(np.maximum(self.new, usual * (self.time == 0.0)), by_time))
         return np.asarray(np.sqrt(swing.counts / np.maximum(beyond, 1.0)) / self.new)
 

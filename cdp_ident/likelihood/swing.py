@@ -11,7 +11,6 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.rest import READINGS, weights_at_rest, weights_of_runs
 from cdp_ident.fit.windows import Window
 from cdp_ident.model.layout import RODS_STATES
 from cdp_ident.model.motions import InitialValueProblem, motions
@@ -22,6 +21,11 @@ from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
+
+_READINGS = np.array([[1.0, 0.0], [-1.0, 1.0]])
+"""What the inner and the outer encoder measure of theta1 and theta2."""
+_REPEATED = 1e-9
+"""Angles that differ by less are one reading [rad]."""
 
 
 class Linearised(NamedTuple):
@@ -56,7 +60,7 @@ class Swing:
     readings: Array
     """(samples, 2) of the encoders of both joints [rad]."""
     counts: Array
-    """(samples, 2) how much each counts: a reading that is repeated at rest counts once."""
+    """(samples, 2) how much each counts; see `weights_of_runs`."""
     grids: tuple[TimeGrid, ...]
     """From each node to the next one, and when the samples between are taken."""
     samples_at: Indices
@@ -79,8 +83,6 @@ class Swing:
         index: int,
         step: float,
         spacing: float,
-        half_width: float,
-        steps: Array,
         begin: float = 0.0,
         bounds: Sequence[tuple[int, int]] | None = None,
     ) -> list["Swing"]:
@@ -91,8 +93,6 @@ class Swing:
             index: which trial it is.
             step: of the integrator [s].
             spacing: of the nodes [s].
-            half_width: for which both readings may be repeated without the rods being at rest [s].
-            steps: (2,) of the encoders [rad].
             begin: when the trial's time is zero, in the time that the model knows [s].
             bounds: first sample and end of each stretch that is taken; by default those between interruptions.
         """
@@ -111,13 +111,12 @@ class Swing:
                 u = [np.interp(k * every * step + halves, time, acceleration[first:last]) for k in range(nodes)]
             torques = None if trial.torques is None else trial.torques[first:last]
             grids = tuple(TimeGrid(step, every, place[a:b]) for a, b in pairwise(samples_at))
-            runs, rests = weights_of_runs(theta), weights_at_rest(time, theta, half_width, steps)
             swings.append(
                 cls(
                     trial=index,
                     begin=begin + float(trial.time[first]),
-                    readings=theta @ READINGS.T,
-                    counts=runs if rests is None else np.minimum(runs, rests),
+                    readings=theta @ _READINGS.T,
+                    counts=weights_of_runs(theta),
                     grids=grids,
                     samples_at=samples_at.astype(np.int64),
                     u=tuple(u),
@@ -221,6 +220,21 @@ class Swing:
             np.ascontiguousarray(ends_by), gaps, pushes, by_base, np.ascontiguousarray(by), shown - self.readings,
             columns, rates,
         )  # fmt: skip
+
+
+def weights_of_runs(theta: Array) -> Array:
+    """Return weights (n, 2) of both encoders' readings, of which all that repeat one together count as one.
+
+    They repeat one error of rounding as well.
+
+    Args:
+        theta: (n, 2) measured angles [rad].
+    """
+    weight = np.ones(theta.shape)
+    for of_encoder, reading in zip(weight.T, (theta @ _READINGS.T).T, strict=True):
+        runs = np.concatenate([[0], np.cumsum(np.abs(np.diff(reading)) > _REPEATED)])
+        of_encoder[:] = 1.0 / np.bincount(runs)[runs]
+    return weight
 
 
 def _pushes(coefficients: Array, states: Array) -> tuple[Array, Array]:

@@ -2,8 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The integrator's own steps, and how to read a motion at measurement times that are not on them."""
 
-import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -51,10 +50,6 @@ class TimeGrid:
             raise OptionError("the times of a simulation must ascend and not lie before its start at 0 s")
         place = times / step
         return cls(float(step), int(_index(place)[-1]) + 1, place)
-
-    def extended(self, duration: float) -> "TimeGrid":
-        """Return it with as many more steps as a duration [s] takes."""
-        return replace(self, steps=self.steps + math.ceil(duration / self.step))
 
     @property
     def first_sample(self) -> Indices:

@@ -10,7 +10,6 @@ import numpy.typing as npt
 
 from cdp_ident.diagnosis.encoder_scale import encoder_scale
 from cdp_ident.diagnosis.identification import Identification
-from cdp_ident.diagnosis.length import LengthByBalance, length_by_balance, says_another_length
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.data import Data, noise_over, noise_over_averages, prepare
 from cdp_ident.fit.force_balance import ForceBalance, Pieces, balance_of_forces, balances_of
@@ -33,6 +32,9 @@ from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
 
+_ANOTHER, _MOST_LEFT = 0.2, 1.0 / 3.0
+"""L is not believed where the balance of forces has one that differs by more than the first share, with which at most
+the second share of what is unexplained is left."""
 _MOST_SAMPLES = 500_000
 """More samples are averaged for the final values, too, where the motion is slower than that: memory grows with them."""
 
@@ -67,9 +69,9 @@ def identify(
     parted = assign_roles(fit, holdout, time_unit(prior.length, prior.gravity))
     shown = [part.shown for part in parted if part.is_fitted]
     noise = noise_over(shown)
-    balances, length, failure = _balances(shown, options)
+    balances, failure = _balances(shown, prior)
     balanced = balances[0] if balances else None
-    scales = scales_of(shown, prior.length, prior.gravity, noise, balanced.groups_of if balanced else None)
+    scales = scales_of(shown, prior.length, prior.gravity, noise)
     averaged = scales.together if sum(len(part.measured.time) for part in parted) > _MOST_SAMPLES else 1
     parted = [
         replace(part, trial=thinned(part.trial, scales.together), measured=thinned(part.measured, averaged))
@@ -77,22 +79,22 @@ def identify(
     ]
     noise = noise_over_averages(shown, [part.shown for part in parted if part.is_fitted], scales.together)
     data = prepare(parted, options.window or scales.window, scales, noise)
+    # A length with which forces balance far worse than with another one is not believed.
+    is_another = balanced is not None and balanced.length != prior.length
     model = replace(
         options.model,
+        length_std=np.inf if is_another else options.length_std,
         inertia_free=inertia_free or motors,
         motors=motors,
         torque_std=max(options.torque_std, np.finfo(float).eps),
         weight_errors=tuple(dict.fromkeys(e for trial in fit for weight in trial.weights for e in weight.errors)),
-        penalty_of_errors=max(data.noise_level, np.finfo(float).tiny) ** 2,
     )
     objective = search_objective(data.fit, options.span(data.window), prior)
     search = genetic_search(objective, *prior.box, options.search, np.random.default_rng(options.seed), stop)
     enough = options.motion_for_effects or scales.enough
     whole, lost = _paper_s_model(model, search, balanced, data, prior, enough)
     followed = fit_initial_states(model, whole.values, data.fit)
-    return Identification.of(
-        options, data, balances, length, search, whole, followed, whole.covariance, failure or lost
-    )
+    return Identification.of(options, data, balances, search, whole, followed, whole.covariance, failure or lost)
 
 
 def _paper_s_model(
@@ -114,7 +116,7 @@ def _paper_s_model(
     inertia = float(inertia_about_cart(search.best, prior.length))
     begins = [model.initial_values(groups_of(search.best, prior.length), inertia)]
     if balanced:
-        begins.append(model.initial_values(balanced.groups, balanced.inertia))
+        begins.append(model.initial_values(balanced.groups, balanced.inertia, balanced.length))
     recorded = fitted_recorded(data, NEAR, enough)
     noise = Noise.white(recorded.encoders, recorded.large_torque)
     failures = list[str]()
@@ -148,18 +150,18 @@ def _weights_differ(fit: Sequence[Trial], holdout: Sequence[Trial]) -> bool:
     return len(fitted) > 1
 
 
-def _balances(
-    trials: Sequence[Trial], options: IdentifyOptions
-) -> tuple[tuple[ForceBalance, ...], LengthByBalance | None, str]:
-    """Return the balances of forces, what they say of L, and why the fit fails by them; none with too little motion."""
+def _balances(trials: Sequence[Trial], prior: Prior) -> tuple[tuple[ForceBalance, ...], str]:
+    """Return the balances of forces, and why the fit fails by them; none with too little motion."""
     try:
-        pieces = Pieces.of(trials, options.prior.length, options.prior.gravity)
+        pieces = Pieces.of(trials, prior.length, prior.gravity)
         balances = balances_of(pieces)
         free = balance_of_forces(pieces, balances[0].effects, length_free=True)
     except (IdentificationError, np.linalg.LinAlgError):
-        return (), None, ""
+        return (), ""
     scale = encoder_scale(pieces, [*balances, free])
     if scale:
-        return (scale.balance, *balances), None, scale.failure
-    length = length_by_balance(balances[0], free, options.prior.length)
-    return balances, None if options.length_std else length, says_another_length(balances[0], length)
+        return (scale.balance, *balances), scale.failure
+    given = balances[0]
+    explains = free.unexplained.max() < _MOST_LEFT * given.unexplained.max()
+    is_another = explains and abs(free.length / prior.length - 1.0) > _ANOTHER
+    return ((free, *balances) if is_another else balances), ""

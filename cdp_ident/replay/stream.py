@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A model's motion from one start on, asked for piece by piece."""
 
+from dataclasses import replace
+
 import numpy as np
 import numpy.typing as npt
 
@@ -58,6 +60,7 @@ class MotionStream:
         self._advance(float(times[0]) - LATEST)
         since = times - self._now
         grid = TimeGrid.over(since)
+        grid = replace(grid, steps=grid.steps + round(LATEST / DEFAULT_STEP))  # an early encoder sees what comes then
         window = Window(
             self._trial, 0, self._now, since, np.empty((0, 2)), grid, self._u(grid), self._state,
             drive=self._drive(grid), weights=self._weights,

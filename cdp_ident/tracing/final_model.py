@@ -45,32 +45,28 @@ class FinalModel:
         return self.fit.model
 
     @classmethod
-    def of(cls, found: WholeSwings, data: Data, like: "FinalModel | None" = None) -> "FinalModel":
+    def of(cls, found: WholeSwings, data: Data) -> "FinalModel":
         """Evaluate a model; where torques are missing, what was held out judges which values predict better.
 
         Args:
             found: given whole swings.
             data: windows, fitted and held out.
-            like: another model, whose windows' initial states are those to begin with.
 
         Raises:
             IdentificationError, LinAlgError: no motion can be computed.
         """
-        likely = cls._with(found, found.values, False, data, like)
+        likely = cls._with(found, found.values, False, data)
         if not np.any(found.is_missing):
             return likely
         try:
-            other = cls._with(found, values_with_less_torque(found), True, data, likely)
+            other = cls._with(found, values_with_less_torque(found), True, data)
         except (IdentificationError, np.linalg.LinAlgError):
             return likely
         return other if other.holdout.rmse() < _CLEARLY * likely.holdout.rmse() else likely
 
     @classmethod
-    def _with(
-        cls, found: WholeSwings, values: Array, less_torque: bool, data: Data, like: "FinalModel | None"
-    ) -> "FinalModel":
-        windows = (like.fit.windows, like.holdout.windows) if like else (data.fit, data.holdout)
-        fit, holdout = (fit_initial_states(found.model, values, of_role) for of_role in windows)
+    def _with(cls, found: WholeSwings, values: Array, less_torque: bool, data: Data) -> "FinalModel":
+        fit, holdout = (fit_initial_states(found.model, values, of_role) for of_role in (data.fit, data.holdout))
         return cls(fit, holdout, less_torque)
 
     def error_of(self, found: WholeSwings) -> float:

@@ -12,7 +12,6 @@ import numpy.typing as npt
 from cdp_ident.diagnosis.evaluation import ErrorsByRole, errors_of, evaluate, refuse_a_failed_fit
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.errors import FitFailedError, IdentificationError
-from cdp_ident.fit.data import Data
 from cdp_ident.fit.initial_states import fit_initial_states
 from cdp_ident.fit.physical import PhysicalValues
 from cdp_ident.likelihood.whole_swing import WholeSwings
@@ -141,7 +140,8 @@ def judged(
         IdentificationError, LinAlgError: no model can be evaluated.
     """
     data, failure, searched, withdrawn = found.data, found.failure, selection, None
-    before, after = _final_models(found.whole, selection.after if selection else found.whole, data)
+    before = FinalModel.of(found.whole, data)
+    after = FinalModel.of(selection.after, data) if selection and selection.after is not found.whole else before
     try:
         refuse_a_failed_fit([after.fit, after.holdout], data.noise_level)
     except FitFailedError as error:
@@ -196,24 +196,6 @@ def judged(
     )
 
 
-def _final_models(paper: WholeSwings, chosen: WholeSwings, data: Data) -> tuple[FinalModel, FinalModel]:
-    """Return the paper's model and the one with the effects; initial states of either are fitted from the other's.
-
-    The paper's model comes first. Where it cannot follow the motion that is held out, the other one may lead there.
-
-    Raises:
-        IdentificationError, LinAlgError: neither can be evaluated.
-    """
-    try:
-        first = FinalModel.of(paper, data)
-        return first, FinalModel.of(chosen, data, first) if chosen is not paper else first
-    except (IdentificationError, np.linalg.LinAlgError):
-        if chosen is paper:
-            raise
-        last = FinalModel.of(chosen, data)
-        return FinalModel.of(paper, data, last), last
-
-
 def _errors(found: Identification, before: FinalModel, after: FinalModel) -> Mapping[Stage, ErrorsByRole]:
     data, model, prior = found.data, found.fit.model, found.options.prior
 
@@ -242,6 +224,4 @@ def _completed(
         IdentificationError, LinAlgError: no motion can be computed.
     """
     fit = fit_initial_states(after.model, values, after.fit.windows)
-    return Identification.of(
-        found.options, found.data, found.balances, found.length, found.search, whole, fit, covariance
-    )
+    return Identification.of(found.options, found.data, found.balances, found.search, whole, fit, covariance)

@@ -8,19 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks._product import Found, Named, error_of_samples
+from benchmarks._product import Found, Named
 from benchmarks._scores import Score, conclusion, score, summary
-from cdp_ident.fit.initial_states import fit_initial_states
-from cdp_ident.fit.mechanism import Mechanism
-from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.prior import Prior
-from cdp_ident.fit.windows import cut_into_windows
-from cdp_ident.model.parameters import SYMBOLS, groups_of
 from reference.effects import Effect
-from reference.pendulum import TABLE_5
 from reference.settings import draw_setting
 from reference.truths import Hidden, Truth
-from scenarios.twin import standard_twin
 
 SETTING = draw_setting(np.random.default_rng(0))
 FLOOR = 1e-3
@@ -92,17 +84,3 @@ def test_the_table_counts_by_group_and_engine():
     assert summary(scores).row_count == 4
     assert "no result: 1" in conclusion(scores)
     assert "1 with nothing missed or false" in conclusion(scores)
-
-
-def test_all_samples_are_alike_in_the_error_as_they_are_in_a_truth_s_floor():
-    twin = standard_twin(np.random.default_rng(0))
-    theta = twin.theta.copy()
-    theta[-300:] = theta[-300]  # as if both joints rested there
-    values = groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"])
-    windows = cut_into_windows([replace(twin, theta=theta)])
-    fit = fit_initial_states(MotionModel(Mechanism.of(Prior())), values, windows)
-    left = np.concatenate([window.theta for window in fit.windows]) - np.concatenate(
-        [fit.model.predict(values, window.start, window) for window in fit.windows]
-    )
-    assert error_of_samples(fit) == pytest.approx(np.sqrt(np.mean(left**2)))
-    assert error_of_samples(fit) > 1.5 * fit.rmse()

@@ -82,12 +82,12 @@ def test_the_fit_in_per_cent_is_that_of_the_norms_over_all_windows_100_without_e
     fit = fit_initial_states(MODEL, NOMINAL, WINDOWS)
     expected = []
     for column in range(2):
-        left = np.concatenate([residual[:, column] for residual in fit.residuals])
+        left = np.concatenate([error[:, column] for error in fit.errors])
         moved = np.concatenate([window.theta[:, column] - np.mean(window.theta[:, column]) for window in WINDOWS])
         expected.append(100 * (1 - np.linalg.norm(left) / np.linalg.norm(moved)))
     assert fit_per_cent(fit) == pytest.approx(expected)
     errors = errors_of(fit, [TWIN])
     assert (errors.fit_theta1, errors.fit_theta2) == pytest.approx(expected)
     means = tuple(window.theta - window.theta.mean(axis=0) for window in fit.windows)
-    assert fit_per_cent(replace(fit, residuals=means)) == pytest.approx([0, 0])
-    assert fit_per_cent(replace(fit, residuals=tuple(0 * mean for mean in means))) == pytest.approx([100, 100])
+    assert fit_per_cent(replace(fit, errors=means)) == pytest.approx([0, 0])
+    assert fit_per_cent(replace(fit, errors=tuple(0 * mean for mean in means))) == pytest.approx([100, 100])

@@ -59,6 +59,6 @@ def test_a_swing_in_which_noise_is_most_of_what_moves_is_followed():
 
 def test_angles_that_are_off_all_the_time_are_no_other_motion():
     right = fit_initial_states(MODEL, TRUTH, WINDOWS)
-    fit = replace(right, residuals=tuple(residual + 0.5 for residual in right.residuals))
+    fit = replace(right, errors=tuple(error + 0.5 for error in right.errors))
     assert fit.rmse() == pytest.approx(0.5, rel=1e-3)
     refuse_a_failed_fit((fit, fit), NOISE)

@@ -15,6 +15,8 @@ from cdp_ident.diagnosis.warnings import find_warnings, outlier_warnings
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
 from cdp_ident.pipeline.identify import identify
+from cdp_ident.trial.trial import Trial
+from reference.truths import truth
 from scenarios.clean_bags import clean_trials
 
 
@@ -61,7 +63,24 @@ def test_an_interrupted_search_is_named_first():
 
 def test_a_wrong_length_shows_as_error_above_the_noise():
     found = identify(trials(), [], IdentifyOptions(prior=Prior(nominal={"L": 0.42}), length_std=0.0))
-    assert {"length_off", "error_above_noise"} <= set(names(found))
+    assert {"constant_off", "error_above_noise"} <= set(names(found))
+    assert of_name(found, "constant_off").message.startswith("by the motion L is 0.4 m")
+
+
+@pytest.mark.parametrize("given", [0.24, 0.64])
+def test_a_length_that_forces_contradict_is_not_believed(given):
+    found = identify(trials(), [], IdentifyOptions(prior=Prior(nominal={"L": given})))
+    assert found.fit.values[5] == pytest.approx(0.4, rel=1e-3)
+    assert of_name(found, "constant_off").message.endswith(f"from the {given:g} m that were given: measure it again")
+
+
+def test_where_no_length_balances_forces_the_given_one_is_believed():
+    # 57 mrad of play between the inner joint of a small rig and its encoder.
+    made = truth("backlash.inner+coulomb_friction.inner", 9791)
+    two = [Trial(measured.name, measured.time, measured.theta) for measured in made.trials[:2]]
+    found = identify(two, [], IdentifyOptions(prior=Prior(nominal=made.setting.nominal)))
+    assert np.any(found.balances[0].unexplained > 0.3)
+    assert found.fit.model.length_std == IdentifyOptions().length_std
 
 
 def test_a_length_or_gravity_that_motion_contradicts_is_told_with_the_right_one():

@@ -27,13 +27,13 @@ LENGTHS = [len(window.time) for window in WINDOWS]
 
 def whiteness_of(residuals, fit=FIT):
     parts = np.split(residuals, np.cumsum(LENGTHS)[:-1])
-    return Whiteness.of(replace(fit, residuals=tuple(parts)))
+    return Whiteness.of(replace(fit, errors=tuple(parts)))
 
 
 def test_the_correlations_are_those_of_their_definition():
     found = Whiteness.of(FIT)
     own, cross, size = np.zeros((MOST_LAGS + 1, 2)), np.zeros(2 * MOST_LAGS + 1), np.zeros(2)
-    for residual in FIT.residuals:
+    for residual in FIT.errors:
         size += np.sum(residual**2, axis=0)
         for i in range(len(residual)):
             for lag in range(-MOST_LAGS, MOST_LAGS + 1):

@@ -51,7 +51,7 @@ def with_effects(*keys):
 
 def derivatives_of(model, values, start, window):
     """Return what encoders show in a window, and its derivatives by the state at its beginning and the unknowns."""
-    (whole,) = Swing.of(Trial("", window.time, window.theta), 0, STEP_OF_GRID, window.duration, 0.1, np.zeros(2))
+    (whole,) = Swing.of(Trial("", window.time, window.theta), 0, STEP_OF_GRID, window.duration)
     whole = replace(whole, trial=window.trial, begin=window.begin, u=(window.u,), weights=window.weights)
     linear = whole.linearised(model, values, start[None])
     by = np.zeros((len(window.time), 2, model.states + len(values)))
@@ -97,20 +97,13 @@ def test_a_start_is_filled_up_to_what_the_model_s_effects_need():
     assert np.array_equal(MODEL.initial_state(np.array([*start, 0.1, 0.2])), start)
 
 
-def test_only_states_whose_size_is_known_beforehand_add_to_the_cost():
-    known = MotionModel(MODEL.mechanism, penalty_of_errors=2e-6)
-    both = known.with_effect(ActiveEffect(EFFECTS["pivot_compliance.base.oscillating"]))
-    both = both.with_effect(ActiveEffect(EFFECTS["presliding_friction.inner"]))
-    assert both.states == 7
-    assert np.array_equal(both.start_penalty, [0.0] * 6 + [2e-6])
-
-
 def test_with_derivatives_or_none_the_readings_are_the_same():
     model, values = with_effects("joint_spring.outer", "time_offset.outer", "encoder_scale.inner")
     model, values = model.with_zeros(values, [0])
     values[model.of_zeros] = [0.02, -0.03]
     window = first_window()
-    same, by_start, _ = model.predict_together(values, [window.start], [window])
+    found = model.motions_in(values, [window.start], [window], derive=True)
+    same, by_start = found.readings, found.by
     np.testing.assert_allclose(model.predict(values, window.start, window), same, rtol=0, atol=1e-12)
     off, by_all = derivatives_of(model, values, window.start, window)
     np.testing.assert_allclose(by_start, np.cumsum(by_all[..., : model.states], axis=1), rtol=1e-9, atol=1e-9)
@@ -280,23 +273,14 @@ def test_where_the_inertia_is_taken_as_known_the_motion_stays_the_same():
     )
 
 
-def test_windows_predicted_together_are_what_they_are_alone():
+def test_motions_in_pieces_are_those_in_the_window():
     model, values = with_effects("encoder_offset.inner", "time_offset.outer")
     model, values = replace(model, inertia_free=True).with_zeros(np.insert(values, len(GROUPS), 1.0 / A22), [0])
-    windows = cut_into_windows([standard_twin(np.random.default_rng(0))])
-    windows[1] = replace(windows[1], weights=WEIGHTS)
-    starts = [window.start for window in windows]
-    theta, by_start, bounds = model.predict_together(values, starts, windows)
-    for window, first, end in zip(windows, bounds[:-1], bounds[1:], strict=True):
-        alone, by_start_alone, _ = model.predict_together(values, [window.start], [window])
-        np.testing.assert_allclose(theta[first:end], alone, rtol=1e-10)
-        np.testing.assert_allclose(by_start[first:end], by_start_alone, rtol=0.0, atol=1e-10 * np.abs(by_start).max())
-
-
-@pytest.mark.parametrize("effects", [(), ("coulomb_friction.inner",), ("presliding_friction.inner",)])
-def test_windows_are_predicted_together_with_their_neighbours_of_the_same_trial(effects):
-    model, _ = with_effects(*effects)
-    windows = [replace(first_window(), trial=int(index >= 10)) for index in range(19)]
-    blocks = model.blocks(windows)
-    assert [index for block in blocks for index in range(19)[block]] == list(range(19))
-    assert [block.stop - block.start for block in blocks] == [5, 5, 4, 5]
+    trial = standard_twin(np.random.default_rng(0))
+    (window,) = cut_into_windows([replace(trial, cart=0.1 * np.sin(3 * trial.time))], np.inf)
+    window = replace(window, weights=WEIGHTS)
+    pieces, starts = window.pieces(150), [window.start]
+    for piece in pieces[:-1]:
+        starts.append(model.motions_in(values, starts[-1:], [piece]).ends[0])
+    found = model.motions_in(values, starts, pieces)
+    np.testing.assert_allclose(found.readings, model.predict(values, window.start, window), rtol=0.0, atol=1e-5)

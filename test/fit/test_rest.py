@@ -1,6 +1,6 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Joints at rest: their readings, in fits, and initial states that went astray there."""
+"""Joints at rest: windows that they begin or end in are followed."""
 
 from dataclasses import replace
 
@@ -11,7 +11,6 @@ from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.initial_states import fit_initial_states
 from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.rest import weights_at_rest, weights_of_runs
 from cdp_ident.fit.windows import cut_at, cut_into_windows
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.parameters import SYMBOLS, groups_of, inertia_about_cart
@@ -19,43 +18,6 @@ from cdp_ident.trial.trial import Trial
 from reference.dry_friction import DryFriction
 from reference.pendulum import TABLE_5
 from reference.sticking import motion
-
-
-def test_repeated_readings_of_rods_at_rest_count_as_one_sample_together():
-    time = np.arange(100) / 100.0
-    theta = np.column_stack([np.sin(time), np.cos(time)])
-    assert weights_at_rest(time, theta, 0.1) is None
-    theta[40:70] = theta[40]
-    theta[80:85] = theta[80]  # too short for a rest
-    weight = weights_at_rest(time, theta, 0.1)
-    assert weight[40:70] == pytest.approx(np.full((30, 2), 1.0 / 30.0))
-    assert np.all(np.delete(weight, np.s_[40:70], axis=0) == 1.0)
-
-
-@pytest.mark.parametrize(("joint", "of_joint"), [(0, [0.0, 1.0]), (1, [1.0, 1.0])])
-@pytest.mark.parametrize("edge", [0.0, 1e-3])
-def test_readings_of_one_joint_at_rest_count_as_one_of_its_encoder(joint, of_joint, edge):
-    time = np.arange(100) / 100.0
-    theta = np.column_stack([np.sin(time), np.cos(time)])
-    assert weights_at_rest(time, theta, 0.1, np.full(2, 1e-3)) is None
-    theta[40:70] = theta[40] + 0.1 * np.arange(30)[:, None] * of_joint
-    theta[45:60:3, joint] += edge  # the reading is on the edge between two
-    theta[45:60:3, 1] += edge * (joint == 0)
-    weight = weights_at_rest(time, theta, 0.1, np.full(2, 1e-3))
-    assert weight[40:70, joint] == pytest.approx(np.full(30, 1.0 / 30.0))
-    assert np.all(np.delete(weight[:, joint], np.s_[40:70]) == 1.0)
-    assert np.all(weight[:, 1 - joint] == 1.0)
-    theta[50:56, joint] += 0.1  # it moves between two short rests
-    assert weights_at_rest(time, theta, 0.1, np.full(2, 1e-3)) is None
-
-
-def test_readings_that_an_encoder_repeats_count_as_one_of_that_encoder():
-    inner, outer = np.array([0.1, 0.2, 0.2, 0.2, 0.3]), np.array([0.5, 0.5, 0.6, 0.7, 0.7])
-    weight = weights_of_runs(np.column_stack([inner, inner + outer]))
-    third = 1.0 / 3.0
-    np.testing.assert_allclose(weight[:, 0], [1.0, third, third, third, 1.0])
-    np.testing.assert_allclose(weight[:, 1], [0.5, 0.5, 1.0, 0.5, 0.5])
-
 
 PHYSICAL = np.array([TABLE_5[symbol] for symbol in SYMBOLS])
 INERTIA = float(inertia_about_cart(PHYSICAL, TABLE_5["L"]))
@@ -77,7 +39,7 @@ def windows_of(states, added):
     """Return the windows of a motion that both encoders show in steps, angles (n, 2) being added to theirs."""
     joints = np.column_stack([states[:, 0], states[:, 1] - states[:, 0]]) + added
     theta = np.cumsum(np.round(joints / STEP) * STEP, axis=1)
-    return cut_at(Trial("swing", TIME, theta), 0, list(range(0, 1601, 200)), 0.005, 0.1, np.full(2, STEP))
+    return cut_at(Trial("swing", TIME, theta), 0, list(range(0, 1601, 200)), 0.005, 0.1)
 
 
 def test_the_rounding_of_a_joint_at_rest_is_not_taken_for_its_angle():
@@ -86,7 +48,7 @@ def test_the_rounding_of_a_joint_at_rest_is_not_taken_for_its_angle():
     error = sine * np.sin(states[:, 0]) + cosine * np.cos(states[:, 0])
     windows = windows_of(states, np.column_stack([error, np.zeros(len(TIME))]))
     assert np.any(np.ptp(windows[-1].theta, axis=0) > 20 * STEP)
-    assert np.all(windows[-1].counts[:, 0] < 0.1)  # the inner joint rests, and the outer one moves
+    assert np.ptp(windows[-1].theta[:, 0]) < 2 * STEP  # the inner joint rests, and the outer one moves
     model, values = model_of(
         {"coulomb_friction.inner": [torque / INERTIA], "encoder_eccentricity.inner": [sine, cosine]}
     )
@@ -143,7 +105,7 @@ def astray(windows):
 
 def test_a_rod_at_rest_is_found_where_it_is(begun):
     model, values, windows = begun
-    assert windows[-1].sample_weights is not None  # it is at rest there
+    assert np.all(np.ptp(windows[-1].theta, axis=0) == 0.0)
     right = fit_initial_states(model, values, windows)
     assert fit_initial_states(model, values, astray(windows)).rmse() < 1.1 * right.rmse()
 
@@ -151,7 +113,7 @@ def test_a_rod_at_rest_is_found_where_it_is(begun):
 def test_a_rod_at_rest_that_was_taken_for_moving_is_found_though_noise_hides_most_of_its_error(begun):
     model, values, quiet = begun
     rng, noise = np.random.default_rng(0), 0.012
-    windows = [replace(w, theta=w.theta + rng.normal(0.0, noise, w.theta.shape), sample_weights=None) for w in quiet]
+    windows = [replace(w, theta=w.theta + rng.normal(0.0, noise, w.theta.shape)) for w in quiet]
     right = fit_initial_states(model, values, windows)
     *others, last = windows
     moving = replace(last, start=last.start + np.array([0.0, 0.0, 0.3, 0.9]))

@@ -63,19 +63,25 @@ def test_a_cart_that_rests_has_no_acceleration(cart):
     assert not np.any(cut_into_windows([trial])[0].u)
 
 
-def test_every_window_of_a_moving_cart_has_its_stretch_of_the_acceleration_and_so_have_its_first_samples():
+def test_every_window_of_a_moving_cart_has_its_stretch_of_the_acceleration():
     windows = cut_into_windows([replace(TWIN, cart=0.1 * np.sin(3 * TWIN.time))])
     for window in windows:
         expected = -0.9 * np.sin(3 * (window.begin + window.grid.half_step_times()))
         # A natural spline is straight at the ends of the trial.
         assert np.abs(window.u - expected)[100:-100].max() < 0.01
-    window = windows[1]
-    first = window.shortened(200)
-    assert np.array_equal(first.theta, window.theta[:200])
-    assert np.array_equal(first.time, window.time[:200])
-    assert (first.begin, first.first) == (window.begin, window.first)
-    assert np.array_equal(first.start, window.start)
-    assert np.array_equal(first.u, window.u[: len(first.grid.half_step_times())])
+
+
+def test_pieces_of_a_window_have_their_stretch_of_what_it_has():
+    (window,) = cut_into_windows([replace(TWIN, cart=0.1 * np.sin(3 * TWIN.time))], np.inf)
+    pieces = window.pieces(150)
+    assert sum(piece.grid.steps for piece in pieces) == window.grid.steps
+    assert np.array_equal(np.concatenate([piece.theta for piece in pieces]), window.theta)
+    for piece in pieces:
+        halves = piece.begin + piece.grid.half_step_times()
+        assert piece.u == pytest.approx(np.interp(halves, window.grid.half_step_times(), window.u), abs=1e-9)
+        assert np.array_equal(piece.theta, TWIN.theta[piece.samples])
+        assert piece.begin + piece.time == pytest.approx(TWIN.time[piece.samples])
+        assert piece.start[:2] == pytest.approx(piece.theta[0], abs=0.05)
 
 
 def test_the_grid_simulates_up_to_the_window_s_last_sample():
@@ -83,27 +89,3 @@ def test_the_grid_simulates_up_to_the_window_s_last_sample():
     states = simulate(np.array([0.3, 0.3, 2.0, 0.0, 0.0, 0.8, 9.81]), np.array([3.0, 3.0, 0.0, 0.0]), window.time)
     assert len(states) == len(window.theta)
     assert window.grid.half_step_times()[-1] >= window.time[-1] - 1e-9
-
-
-@pytest.mark.parametrize("joint", [0, 1])
-def test_while_a_joint_rests_the_other_encoder_s_reading_is_known_as_well_as_ever_and_nothing_else(joint):
-    (window,) = cut_into_windows([TWIN], np.inf)
-    counts = np.ones_like(window.theta)
-    counts[:, joint] = 0.01
-    known = replace(window, sample_weights=counts)
-    other = np.array([[1.0, 0.0], [-1.0, 1.0]])[1 - joint]
-    beside = np.array([-other[1], other[0]])  # changes of both angles which the other encoder does not see
-    same, less = (known.whitened(np.tile(way, (len(counts), 1)))[0] for way in (other, beside))
-    assert np.sum(same**2) == pytest.approx(other @ other)
-    assert np.sum(less**2) == pytest.approx(0.01 * np.sum(beside**2))
-
-
-def test_samples_of_rods_at_rest_have_small_weights_in_a_part_of_a_window_too():
-    theta = TWIN.theta.copy()
-    theta[200:400] = theta[200]
-    (window,) = cut_into_windows([replace(TWIN, theta=theta)], np.inf)
-    assert window.independent == pytest.approx(len(theta) - 199)
-    assert window.shortened(200).sample_weights is not None
-    for piece in (window, window.shortened(600)):
-        white = piece.whitened(piece.theta)
-        assert piece.angles_of(white) == pytest.approx(piece.theta)

@@ -17,9 +17,7 @@ NODES, N, D = 10, 4, 9
 
 
 def swing(time):
-    (found,) = Swing.of(
-        Trial("still", time, np.zeros((len(time), 2))), 0, 0.005, 0.01 * len(time) / NODES, 0.05, np.zeros(2)
-    )
+    (found,) = Swing.of(Trial("still", time, np.zeros((len(time), 2))), 0, 0.005, 0.01 * len(time) / NODES)
     return replace(found, counts=np.ones((len(time), 2)))
 
 

@@ -11,6 +11,7 @@ from cdp_ident.fit.data import prepare
 from cdp_ident.fit.roles import PartedTrial
 from cdp_ident.fit.scales import scales_of
 from cdp_ident.likelihood.recorded import all_recorded, fitted_recorded, states_of
+from cdp_ident.likelihood.swing import weights_of_runs
 from cdp_ident.trial.trial import Trial
 from scenarios.swings import MODEL, TIME, TRUE, UNIT, measured, motion
 
@@ -92,3 +93,11 @@ def test_states_begin_near_the_motion():
         angles = np.stack([np.interp(at, TIME, angle) for angle in motion().T], axis=1)
         assert states.shape == (len(swing.grids), 4)
         np.testing.assert_allclose(states[:, :2], angles, atol=0.2)
+
+
+def test_readings_that_an_encoder_repeats_count_as_one_of_that_encoder():
+    inner, outer = np.array([0.1, 0.2, 0.2, 0.2, 0.3]), np.array([0.5, 0.5, 0.6, 0.7, 0.7])
+    weight = weights_of_runs(np.column_stack([inner, inner + outer]))
+    third = 1.0 / 3.0
+    np.testing.assert_allclose(weight[:, 0], [1.0, third, third, third, 1.0])
+    np.testing.assert_allclose(weight[:, 1], [0.5, 0.5, 1.0, 0.5, 0.5])

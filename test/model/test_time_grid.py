@@ -46,13 +46,8 @@ def test_samples_at_the_ends_of_steps_need_no_step_of_their_own(rate):
     np.testing.assert_allclose(grid.weights[1:], np.tile([0.0, 1.0, 0.0, 0.0], (2000, 1)), atol=1e-6)
 
 
-def test_a_grid_that_is_extended_has_more_steps_and_the_same_samples():
+def test_inputs_are_looked_at_from_the_start_to_the_end_of_the_last_step():
     grid = TimeGrid.over(np.array([0.0, 0.012]), 0.005)
-    longer = grid.extended(0.011)
-    assert (longer.steps, longer.step) == (grid.steps + 3, grid.step)
-    np.testing.assert_array_equal(longer.place, grid.place)
-    np.testing.assert_array_equal(longer.weights, grid.weights)
-    # Inputs are looked at from the start to the end of the last step.
     np.testing.assert_allclose(grid.half_step_times(), [0, 0.0025, 0.005, 0.0075, 0.01, 0.0125, 0.015])
 
 

@@ -57,7 +57,7 @@ def assert_same_fit(first, second):
     assert np.array_equal(first.fit.values, second.fit.values)
     assert np.array_equal(first.covariance, second.covariance)
     assert first.search.history == second.search.history
-    assert all(np.array_equal(a, b) for a, b in zip(first.fit.residuals, second.fit.residuals, strict=True))
+    assert all(np.array_equal(a, b) for a, b in zip(first.fit.errors, second.fit.errors, strict=True))
     assert np.array_equal(first.physical.values, second.physical.values)
 
 

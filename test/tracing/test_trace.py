@@ -13,7 +13,7 @@ from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.tracing import final_values
 from cdp_ident.tracing import trace as tracing
-from cdp_ident.tracing.final_model import FinalModel, is_worse
+from cdp_ident.tracing.final_model import is_worse
 from cdp_ident.tracing.neighbours import additions
 from cdp_ident.tracing.select_effects import select_effects
 from cdp_ident.tracing.trace import judged, trace
@@ -148,22 +148,6 @@ def test_a_selection_that_is_stopped_keeps_the_effects_found_so_far(identified, 
     assert stopped.selection.interrupted
     assert [found.active.effect.key for found in stopped.effects] == keys
     assert not keys or stopped.errors["effects"].holdout.rmse < stopped.errors["refined"].holdout.rmse
-
-
-def test_held_out_motion_that_the_paper_s_model_cannot_follow_is_led_to_by_the_one_with_effects(
-    identified, traced, monkeypatch
-):
-    evaluate = FinalModel.of
-
-    def of(found, data, like=None):
-        if not found.model.effects and like is None:
-            raise IdentificationError("the model's motion cannot be computed")
-        return evaluate(found, data, like)
-
-    monkeypatch.setattr(FinalModel, "of", of)
-    found = judged_again(identified, traced.searched)
-    assert found.errors["effects"].holdout.rmse == pytest.approx(traced.errors["effects"].holdout.rmse, rel=1e-3)
-    assert found.errors["refined"].holdout.rmse == pytest.approx(traced.errors["refined"].holdout.rmse, rel=0.1)
 
 
 def test_zeros_of_each_trial_are_kept_where_no_effect_is_found(identified):
