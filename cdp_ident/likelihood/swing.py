@@ -171,14 +171,13 @@ class Swing:
             model: gives the motion.
             values: (unknowns,)
             states: (nodes, states)
-            wanted: (unknowns,) by which of these derivatives are wanted; by all by default, as always where weights
-                are on the rods.
+            wanted: (unknowns,) by which of these derivatives are wanted, the others being zero; by all by default.
         """
         weighted = model.with_weights(values, self.weights) if self.weights else None
         of_trial = weighted.values if weighted else values
         acting = model.acting(of_trial, self.trial, weighted.carried if weighted else 0.0)
         n, columns = model.states, model.columns_in(self.trial)
-        if wanted is not None and weighted is None:
+        if wanted is not None:
             acting, columns = acting.with_directions(wanted[columns]), columns[wanted[columns]]
         coefficients = model.coefficients(of_trial)
         begins = self.begin + self.node_times

@@ -153,11 +153,12 @@ def test_bad_input_is_one_line_and_exit_code_2(options, words, capsys, tmp_path,
 
 def test_a_fit_that_failed_is_one_line_a_report_and_exit_code_3(capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "long.yaml").write_text("identify: {ros__parameters: {L: 1.5, search.generations: 3}}")
-    assert main(["--bag", WIDE, "--config", "long.yaml", "--once"]) == 3
+    wrong = "{trial: {outer_scale: 1.4, conventions: warn}, search.generations: 3}"
+    (tmp_path / "wrong.yaml").write_text(f"identify: {{ros__parameters: {wrong}}}")
+    assert main(["--bag", WIDE, "--config", "wrong.yaml", "--once"]) == 3
     error = capsys.readouterr().err.splitlines()[-1]
     assert error.startswith("identify: error: the fit failed")
-    assert "L is 0.4" in error
+    assert "Check the counts per turn" in error
     folder = tmp_path / "identification" / "swing_wide"
     report = report_in(folder)
     assert report["verdict"].startswith("The fit failed")
