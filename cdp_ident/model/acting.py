@@ -100,14 +100,13 @@ class ActingEffects:
         return ActingEffects.of(kept, self.outer_length, self.carried).without_directions()
 
     def with_directions(self, wanted: npt.NDArray[np.bool_]) -> "ActingEffects":
-        """Return the same, of which derivatives by some of its coefficients and parameters alone are wanted."""
+        """Return the same, with derivatives by those of its coefficients and parameters (k,) that are wanted."""
+        count = len(self.coefficients)
         coefficients, parameters = (
-            tuple(compress(of, flags))
-            for of, flags in zip(
-                (self.coefficients, self.parameters), np.split(wanted, [len(self.coefficients)]), strict=True
-            )
+            compress(self.coefficients, wanted[:count]),
+            compress(self.parameters, wanted[count:]),
         )
-        return replace(self, coefficients=coefficients, parameters=parameters)
+        return replace(self, coefficients=tuple(coefficients), parameters=tuple(parameters))
 
     def without_directions(self) -> "ActingEffects":
         """Return the same, of which no derivatives but those by the initial state are wanted."""

@@ -121,9 +121,9 @@ def _scores(found: WholeSwings, named_only: bool, lasting: bool = False) -> list
     best = dict[tuple[str, int | None], Score]()
     for score in sorted(scored, key=lambda one: one.misfit + unlikelihood(one.active, found.recorded)):
         key = score.active.effect.key, score.active.trial
-        first = best.setdefault(key, score)
-        if score is not first and first.active.effect.is_local and len(first.elsewhere) < PLACES - 1:
-            best[key] = replace(first, elsewhere=(*first.elsewhere, score.values))
+        kept = best.setdefault(key, score)
+        if score is not kept and kept.active.effect.is_local and len(kept.elsewhere) < PLACES - 1:
+            best[key] = replace(kept, elsewhere=(*kept.elsewhere, score.values))
     return list(best.values())
 
 

@@ -117,14 +117,9 @@ def _refuse_unusable(motions: Sequence[Motion], turned: Sequence[Joint]) -> None
     if any(motion.torques is None for motion in motions):
         raise TrialError("input is joints, but neither joint has an effort of a motor, or all are 0")
     if turned:
-        whose = (
-            f"the {turned[0]} joint count against its angle"
-            if len(turned) == 1
-            else "both joints count against their angles"
-        )
         raise TrialError(
-            f"the efforts of {whose}: positive ones turn backwards; record them with the other sign, or set input: "
-            "none to take free motion alone"
+            f"the efforts of the {' and '.join(turned)} joint count against its angle: positive ones turn it "
+            "backwards; record them with the other sign, or set input: none to take free motion alone"
         )
 
 

@@ -34,9 +34,9 @@ _WEIGHTLESS = 0.1
 """Gravity's terms times the square of the motion's time scale; of rods, one of them is about 1."""
 _FOLLOWS = 0.95
 """Correlation of the joints' speeds from which one column is said to follow the other."""
-_WITHOUT = 0.75
-"""Torques drive a motion that leave at most this share of the squares that are left without them: geared motors leave
-half and more, of which friction is the rest, and torques that are measured in a free swing nearly all."""
+_DRIVES = 0.75
+"""Torques drive a motion where at most this share of the squares is left with them that is left without: of geared
+motors it is up to 0.6, as joints have dry friction, and of torques that are measured in a free swing nearly all."""
 _TWICE = 0.05
 """Share of the inner angle that the outer one differs from it by at most, as one measured and simulated does."""
 
@@ -129,7 +129,7 @@ def driven(recorded: Recorded, options: TrialOptions) -> tuple[list[Mask], list[
         return nowhere, []
     windows = joined(balance.windows)[np.concatenate(recorded.moving)]
     (_, without), (values, left) = (explained(windows, columns) for columns in (FREE, DRIVEN))
-    if without <= GOOD**2 or left > _WITHOUT * without:
+    if without <= GOOD**2 or left > _DRIVES * without:
         return nowhere, []
     shares = [np.abs(torque * values[-2:]) / largest_gravity(values) for torque in torques]
     where = [np.asarray(np.any(share > options.hand_torque, axis=1)) for share in shares]
