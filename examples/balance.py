@@ -41,7 +41,8 @@ STILL = 0.02
 HELD = 60
 """… in so many samples."""
 MOST_LOST = 10
-"""After more lost samples than this the estimate is too old."""
+"""After more lost samples than this the estimate is too old; and samples that are older do not tell that rods are held:
+what the line kept until the driver opened it arrives at once."""
 
 
 class Balance:
@@ -74,6 +75,7 @@ class Balance:
         self._farthest = 0.0
         self._reader = PositionReader(JointNames())
         self._commands = node.create_publisher(Float64, "cart_command", QoSProfile(depth=1))
+        self._clock = node.get_clock()
         self._subscription = Subscription(node, JointState, "joint_states", self._take)
         if options.fitted:
             self._take_model(read_parameter_file(options.fitted, "balance").taken(), str(options.fitted))
@@ -110,7 +112,8 @@ class Balance:
         samples = round((stamp_ns - self._last_ns) * 1e-9 / self._design.period)
         self._last_ns = stamp_ns
         if self._began_ns is None:
-            if not self._is_held(deviation):
+            age = (self._clock.now().nanoseconds - stamp_ns) * 1e-9
+            if not self._is_held(deviation, age):
                 return
             self._began_ns, self._farthest, samples = stamp_ns, 0.0, 0
             self._controller.begin(measured)
@@ -127,8 +130,10 @@ class Balance:
     def _balanced(self) -> float:
         return (self._last_ns - (self._began_ns or 0)) * 1e-9
 
-    def _is_held(self, deviation: np.ndarray) -> bool:
-        self._held = [*self._held[1 - HELD :], deviation[1:]]
+    def _is_held(self, deviation: np.ndarray, age: float) -> bool:
+        self._held = [*self._held[1 - HELD :], deviation[1:]] if age < MOST_LOST * self._design.period else []
+        if not self._held:
+            return False
         still = np.ptp(self._held, axis=0).max() < STILL and np.abs(self._held).max() < self._begin
         return bool(still and len(self._held) == HELD and abs(deviation[0]) < self._design.drive.rail)
 

@@ -9,10 +9,13 @@ import importlib.util
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
 import pytest
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64
 
 from cdp_ident.configuration.parameter_file import parameter_file
 from reference.pendulum import TABLE_5
@@ -88,6 +91,30 @@ def test_a_lost_line_stops_cart_and_controller(listener, start_driver, start_emu
     assert balance.exit_code() == 3
     assert "samples are missing" in balance.said
     assert abs(wait_until_the_cart_rests(listener)) < 0.5
+
+
+def test_samples_that_the_line_has_kept_do_not_tell_that_the_rods_are_held(listener, start_balance):
+    commands, samples = [], listener.node.create_publisher(JointState, "joint_states", 1000)
+    listener.node.create_subscription(Float64, "cart_command", commands.append, 10)
+    balance = start_balance()
+    listener.wait_for(lambda: samples.get_subscription_count() == 2)  # the listener itself, too
+
+    def publish(count, age):
+        now = listener.node.get_clock().now().nanoseconds
+        for k in range(count):
+            stamp = now - round(1e9 * (age - 0.005 * k))
+            message = JointState(name=["cart_joint", "inner_joint", "outer_joint"], position=[0.0, 0.0, 0.0])
+            message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, 10**9)
+            samples.publish(message)
+
+    publish(100, age=1.0)
+    listener.wait_for(lambda: len(listener.joint_states) == 100)
+    time.sleep(0.3)
+    assert (balance.said.count("balancing"), commands) == (0, [])
+    for _ in range(70):
+        publish(1, age=0.0)
+        time.sleep(0.005)
+    listener.wait_for(lambda: "balancing" in balance.said and commands)
 
 
 @pytest.mark.campaign
