@@ -55,11 +55,13 @@ _NAMES = {
     "rotor_inertia": "geared_rotor",
     "partial_rub": "unknown_torque",
     "heavy_cart": "pivot_compliance",
+    "drifting_encoder_offset": "encoder_offset",
 }
 """What the catalogue calls that which has another name in the reference."""
 _HIDDEN_AS = {
     "partial_rub": "hidden as a bearing that rubs over a part of its turn; dry friction over the angle",
     "heavy_cart": "hidden as a heavy cart on a soft stand",
+    "drifting_encoder_offset": "by the end of a trial",
     "backlash": "half of the gap, as in the table above",
     "rotor_inertia": "hidden as a rotor that turns with the outer joint",
 }
@@ -113,6 +115,10 @@ _DISTINCTION = {
         "Viscous friction whose slope over the speed changes over the joint's turn. Dry friction that changes over the "
         "turn is a step at zero speed."
     ),
+    "drifting_viscosity": (
+        "Viscous friction whose slope over the speed changes along each trial. Drag and quadratic friction, which make "
+        "the slope fall as the swings grow smaller, do so with the speed and not with the time."
+    ),
     "cogging_torque": ("A wave over the joint's angle, some periods a turn."),
     "impulse": (
         "One window fits far worse than all others, from one instant on. An impulse makes a speed jump, lost "
@@ -120,7 +126,7 @@ _DISTINCTION = {
     ),
     "encoder_offset": (
         "The angle is off by a constant, so gravity seems to be inclined. Of the inner encoder it is the same "
-        "motion as a base that is not level."
+        "motion as a base that is not level. One whose zero drifts is off by more and more."
     ),
     "encoder_scale": ("The error grows with the angle from hanging; an offset is constant, an eccentricity periodic."),
     "encoder_eccentricity": ("The error is a sine of the joint's angle, once a turn."),
@@ -144,6 +150,10 @@ _DISTINCTION = {
     "gravity_tilt": (
         "Gravity has a constant share sideways. An inner encoder that is off by the tilt gives the same "
         "motion: the two cannot be told apart, and the report names both."
+    ),
+    "side_force": (
+        "A force from the side that does not go with the rods' masses: the torques on both rods are cosines of their "
+        "angles, as with a base that is not level, in another ratio. Drag goes with the speed."
     ),
     "pivot_compliance": (
         "What is missing follows the rods' horizontal pull. A stand that oscillates by itself leaves ripples "

@@ -174,7 +174,8 @@ _DRY: dict[str, Callable[[Joint, Occasion], Effect]] = {
 }
 
 _TORQUES = ("quadratic_friction", "joint_spring", "cogging_torque", "magnet", "air_drag", "impulse",
-            "presliding_friction", "rotor_inertia", "constant_torque", "varying_viscosity", "end_stop")  # fmt: skip
+            "presliding_friction", "rotor_inertia", "constant_torque", "varying_viscosity", "end_stop",
+            "drifting_viscosity")  # fmt: skip
 
 
 def _torque(name: str, joint: Joint, of: Occasion) -> Effect:
@@ -216,8 +217,12 @@ def _torque(name: str, joint: Joint, of: Occasion) -> Effect:
         periods, phase = int(rng.integers(1, 3)), rng.uniform(-math.pi, math.pi)
         put = _acting(lambda size: torques.eddy_currents(joint, size, periods, phase))
         return Effect(name, joint, "N m s", 1e-4 * inertia, 0.3 * inertia, put)
+    if name == "drifting_viscosity":
+        time_constant = rng.uniform(0.3, 1.0) * max(of.durations)
+        put = _acting(lambda size: torques.cooling(joint, size, time_constant))
+        return Effect(name, joint, "N m s", 1e-4 * inertia, 0.3 * inertia, put)
     if name == "presliding_friction":
-        give = float(np.exp(rng.uniform(np.log(1e-3), np.log(5e-2))))
+        give = float(np.exp(rng.uniform(np.log(1e-3), np.log(0.5))))
         put = _acting(lambda size: torques.dahl(joint, size, size / give))
         return Effect(name, joint, "N m", 1e-4 * moment, 0.1 * moment, put)
     put = _on_rig(lambda rig, size: replace(rig, rotor=size))
@@ -228,6 +233,10 @@ def _of_base(name: str, of: Occasion) -> Effect:
     if name == "oblique_view":
         axis = of.rng.uniform(-math.pi, math.pi)
         return Effect(name, "base", "1", 1e-5, 0.05, in_reading=lambda size: encoders.oblique_view(size, axis))
+    if name == "side_force":
+        outer = of.moment("outer") / of.moment("inner") * of.rng.uniform(-3.0, 0.0)
+        put = _acting(lambda size: torques.wind(size, outer * size))
+        return Effect(name, "base", "N m", 1e-4 * of.moment("inner"), 0.1 * of.moment("inner"), put, signed=True)
     if name == "gravity_tilt":
         return Effect(name, "base", "rad", 1e-5, 0.1, _on_rig(lambda rig, size: replace(rig, tilt=size)), signed=True)
     rods = of.weight / of.values["g"]
@@ -247,6 +256,12 @@ def _reading(name: str, joint: Joint, of: Occasion) -> Effect:
     if name == "encoder_offset":
         return Effect(
             name, joint, "rad", 1e-5, 0.1, in_reading=lambda size: encoders.offset(joint, size), signed=True
+        )  # fmt: skip
+    if name == "drifting_encoder_offset":
+        duration = max(of.durations)
+        return Effect(
+            "encoder_offset", joint, "rad", 1e-5, 0.1,
+            in_reading=lambda size: encoders.drifting_offset(joint, size, duration), signed=True,
         )  # fmt: skip
     if name == "encoder_scale":
         return Effect(name, joint, "1", 1e-5, 0.05, in_reading=lambda size: encoders.scale(joint, size), signed=True)

@@ -53,6 +53,11 @@ def offset(joint: Joint, size: float) -> Reading:
     return _on(joint, lambda angle, time: np.full_like(angle, size))
 
 
+def drifting_offset(joint: Joint, size: float, duration: float) -> Reading:
+    """Return an encoder whose zero is off by an angle [rad] after a time [s], and goes on so."""
+    return _on(joint, lambda angle, time: size * time / duration)
+
+
 def scale(joint: Joint, size: float) -> Reading:
     """Return an encoder with other counts a turn than thought, by a share of them."""
     return _on(joint, lambda angle, time: size * angle)

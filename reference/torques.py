@@ -21,7 +21,7 @@ from reference.mechanics import L
 Array = npt.NDArray[np.float64]
 Joint = Literal["inner", "outer"]
 
-QUADRATIC, SPRING, COGGING, MAGNET, DRAG, KNOCK, DAHL, CONSTANT, EDDY, STOP = range(10)
+QUADRATIC, SPRING, COGGING, MAGNET, DRAG, KNOCK, DAHL, CONSTANT, EDDY, STOP, COOLING, WIND = range(12)
 _WIDTH = 8
 
 
@@ -98,6 +98,16 @@ def stop(joint: Joint, stiffness: float, place: float, loss: float) -> Torque:
     return Torque(STOP, joint, (stiffness, place, loss))
 
 
+def cooling(joint: Joint, size: float, time_constant: float) -> Torque:
+    """Return viscous friction [N m s] that a trial begins with and that dies away within a time [s]."""
+    return Torque(COOLING, joint, (size, time_constant))
+
+
+def wind(inner: float, outer: float) -> Torque:
+    """Return a steady force from the side, by its moments about both rods' joints where they hang [N m]."""
+    return Torque(WIND, "inner", (-inner, -outer))
+
+
 def table(torques: Sequence[Torque]) -> Array:
     """Return the rows (k, 8) of torques."""
     return np.array([torque.row for torque in torques]).reshape(-1, _WIDTH)
@@ -157,6 +167,11 @@ def add_torques(torques: Array, rig: Array, time: float, state: Array, rates: Ar
             in_joint = a
         elif kind == EDDY:
             in_joint = -a * rate * math.sin(b * angle + c)
+        elif kind == COOLING:
+            in_joint = -a * rate * math.exp(-time / b)
+        elif kind == WIND:
+            on1 += a * math.cos(theta1)
+            on2 += b * math.cos(theta2)
         elif kind == STOP:
             depth = (angle - b) if b > 0.0 else (b - angle)
             inwards = rate if b > 0.0 else -rate

@@ -6,7 +6,7 @@ A rig may have an effect that is not in the catalogue, and one that is may imita
 where little torque is left that no law gives, too.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -88,7 +88,7 @@ def certainties(
     for index, active in enumerate(search.best.model.effects):
         if (
             active.effect.curve
-            or _stands_for_a_curve(active.effect, search.best.model)
+            or _stands_for_more(active.effect, search.best.model)
             or _imitates(search.best, without[index])
         ):
             found.append("acts_like")
@@ -109,10 +109,18 @@ def _imitates(found: WholeSwings, without: WholeSwings | None) -> bool:
     return bool(left > _IMITATES * before)
 
 
-def _stands_for_a_curve(effect: Effect, model: MotionModel) -> bool:
-    """Return whether torques over the angle of an effect's joint have more values than a few harmonics, as a curve."""
-    same = [a for a in model.effects if a.effect.of_angle and a.effect.joint == effect.joint]
-    return effect.of_angle and sum(len(active.fitted) for active in same) > 2 * SEVERAL
+def _stands_for_more(effect: Effect, model: MotionModel) -> bool:
+    """Return whether an effect is one of so many of its kind in a joint that they stand for something else.
+
+    More torques over the joint's angle than a few harmonics are a curve, and more knocks than a few another motion.
+    """
+    kinds: list[Callable[[Effect], bool]] = [lambda one: one.of_angle, lambda one: one.at_an_instant]
+    of_kind = [
+        [active for active in model.effects if is_one(active.effect) and active.effect.joint == effect.joint]
+        for is_one in kinds
+        if is_one(effect)
+    ]
+    return any(sum(len(active.fitted) for active in same) > 2 * SEVERAL for same in of_kind)
 
 
 def shown_by(selection: Selection, values: Array, covariance: Array) -> Selection:

@@ -229,18 +229,19 @@ def hidden_by_torques(found: WholeSwings) -> Iterator[Neighbour]:
     """Yield models with an effect that unknown torques, or autocorrelated noise, follow as well as it would.
 
     Its score says too little. Such are play in a coupling, which shows by jumps; where the base moves one that has a
-    mode of its own, which near no strength is not seen unless its frequency is right; and dry friction that holds a
-    joint most of the time, as near no strength it does not hold it.
+    mode of its own, which near no strength is not seen unless its frequency is right; dry friction that holds a joint
+    most of the time, as near no strength it does not hold it; and friction that gives way so far that it is no dry
+    friction.
     """
     torque = np.sqrt(np.mean(MissingTorque.of(found).torque ** 2, axis=0))
     for effect in known_effects():
-        if (
-            effect.dry
-            and not effect.contains
-            and len(effect.parameters) == 1
-            and torque[JOINTS.index(effect.joint)] > 0.0
-        ):
-            yield _with(found, ActiveEffect(effect), torque[[JOINTS.index(effect.joint)]])
+        size = 0.0 if effect.joint == "base" else float(torque[JOINTS.index(effect.joint)])
+        if effect.dry and not effect.contains and len(effect.parameters) == 1 and size > 0.0:
+            yield _with(found, ActiveEffect(effect), np.array([size]))
+        if effect.remembers and size > 0.0:
+            strength = effect.parameters[0].name
+            for values in _beginnings(found, {strength: size}, effect):
+                yield replace(_with(found, ActiveEffect(effect), np.array(values)), again=True)
         jumps = effect.states and effect.known_at_zero and not effect.moves
         if jumps or (effect.swings and found.base_moves):
             for values in _beginnings(found, {}, effect, 1):

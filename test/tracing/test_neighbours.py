@@ -133,9 +133,14 @@ def test_where_the_base_moves_a_mode_of_its_own_is_proposed_with_more_than_the_r
 
 
 def test_dry_friction_is_proposed_in_joints_where_a_torque_is_missing_and_play_everywhere(rubbing, clean):
-    dry, *play = hidden_by_torques(rubbing)
+    dry, *elastic, one, other = hidden_by_torques(rubbing)
+    play = [one, other]
     assert (dry.what, [each.what for each in play]) == ((DRY,), [("backlash.inner",), ("backlash.outer",)])
-    assert dry.values[-1] == pytest.approx(np.sqrt(np.mean(MissingTorque.of(rubbing).torque[:, 1] ** 2)))
+    missing = np.sqrt(np.mean(MissingTorque.of(rubbing).torque[:, 1] ** 2))
+    assert dry.values[-1] == pytest.approx(missing)
+    assert {each.what for each in elastic} == {("presliding_friction.outer",)}
+    assert [each.values[-2] for each in elastic] == pytest.approx([missing] * 3)
+    assert len({each.values[-1] for each in elastic}) == 3  # how far it gives way
     assert [each.what for each in hidden_by_torques(clean)] == [each.what for each in play]
 
 

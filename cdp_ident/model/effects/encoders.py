@@ -37,6 +37,17 @@ ENCODERS = (
         acts_as_zero=True,
     ),
     *in_joints(
+        "encoder_offset",
+        "an encoder whose zero drifts",
+        Law(reading="offset + drift*t"),
+        [
+            EffectParameter("offset", "rad", -0.3, 0.3, 0.01),
+            EffectParameter("drift", "rad/s", -0.05, 0.05, 0.001),
+        ],
+        "a coupling that creeps, or an encoder that warms up, to first order",
+        variant="drifting",
+    ),
+    *in_joints(
         "encoder_scale",
         "an encoder whose counts per turn are taken wrongly",
         Law(reading="scale*angle"),

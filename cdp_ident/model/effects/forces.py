@@ -73,6 +73,26 @@ def _varying_viscosity(periods: int) -> tuple[Effect, ...]:
     )
 
 
+def _tilt(drifts: bool) -> Effect:
+    now = "tilt + drift*t" if drifts else "tilt"
+    return Effect(
+        "gravity_tilt",
+        "base",
+        "a base whose level drifts" if drifts else "a base that is not level",
+        Law(
+            torques=("a1*g*(sin(theta1 - now) - sin(theta1))", "m2_l2*g*(sin(theta2 - now) - sin(theta2))"),
+            where=(("now", now),),
+        ),
+        (
+            EffectParameter("tilt", "rad", -0.3, 0.3, 0.01),
+            *([EffectParameter("drift", "rad/s", -0.05, 0.05, 0.001)] if drifts else []),
+        ),
+        "statics; the same motion as with an inner encoder that is off by the tilt",
+        variant="drifting" if drifts else "",
+        acts_as_zero=not drifts,
+    )
+
+
 def _impulse(joint: Joint, lasts: bool) -> Effect:
     width = "duration" if lasts else str(_PULSE)
     pulse = f"impulse*exp(-((t - time)/{width})^2/2)/({width}*sqrt(2*pi))"
@@ -157,14 +177,17 @@ FORCES = (
         ],
         "Hunt and Crossley, Coefficient of restitution interpreted as damping, J. Appl. Mech. 42, 1975",
     ),
+    *(_tilt(drifts) for drifts in (False, True)),
     Effect(
-        "gravity_tilt",
+        "side_force",
         "base",
-        "a base that is not level",
-        Law(torques=("a1*g*(sin(theta1 - tilt) - sin(theta1))", "m2_l2*g*(sin(theta2 - tilt) - sin(theta2))")),
-        (EffectParameter("tilt", "rad", -0.3, 0.3, 0.01),),
-        "statics; the same motion as with an inner encoder that is off by the tilt",
-        acts_as_zero=True,
+        "a steady force on both rods from the side",
+        Law(torques=("inner*cos(theta1)", "outer*cos(theta2)")),
+        (
+            EffectParameter("inner", "N m", -200.0, 200.0, 0.01, inertia_power=1),
+            EffectParameter("outer", "N m", -200.0, 200.0, 0.01, inertia_power=1),
+        ),
+        "statics: a wind, or a magnet far away; in the ratio of the rods' first moments it is a base that is not level",
     ),
     *(effect for periods in COGGING_PERIODS for effect in _cogging(periods)),
     *(effect for periods in (1, 2) for effect in _varying_viscosity(periods)),

@@ -60,6 +60,10 @@ def _load_friction(joint: str, mass: float, moment: str) -> Effect:
 _WARMS_UP_IN = (3, 10)
 """Time constants that fits begin with [s]."""
 
+_TIME_CONSTANT = EffectParameter(
+    "time_constant", "s", 0.3, 1000.0, 5.0, shape=True, begins=tuple(map(str, _WARMS_UP_IN))
+)
+
 FRICTION = (
     *in_joints(
         "coulomb_friction",
@@ -111,11 +115,38 @@ FRICTION = (
                 inertia_power=1,
                 begins=tuple(f"-drift*{tau}" for tau in _WARMS_UP_IN),
             ),
-            EffectParameter("time_constant", "s", 0.3, 1000.0, 5.0, shape=True, begins=tuple(map(str, _WARMS_UP_IN))),
+            _TIME_CONSTANT,
         ],
         f"a bearing that warms up; {_SET_VALUED}",
         variant="relaxing",
         contains="drifting_friction",
+    ),
+    *in_joints(
+        "drifting_viscosity",
+        "viscous friction that changes along a trial",
+        Law(torque="-drift*t*speed"),
+        [EffectParameter("drift", "N m", -50.0, 50.0, 0.001, inertia_power=1)],
+        "a lubricant or a magnet's disc that warms up, to first order",
+    ),
+    *in_joints(
+        "drifting_viscosity",
+        "viscous friction that changes along a trial, ever more slowly",
+        Law(torque="-change*exp(-t/time_constant)*speed"),
+        [
+            EffectParameter(
+                "change",
+                "N m s",
+                -50.0,
+                50.0,
+                0.01,
+                inertia_power=1,
+                begins=tuple(f"-drift*{tau}" for tau in _WARMS_UP_IN),
+            ),
+            _TIME_CONSTANT,
+        ],
+        "a lubricant or a magnet's disc that warms up",
+        variant="relaxing",
+        contains="drifting_viscosity",
     ),
     *in_joints(
         "presliding_friction",
@@ -124,7 +155,7 @@ FRICTION = (
             torque="-torque*bend",
             states=(State("bend", "speed*(1 - direction*bend)/give", limit=1.0, start_std=1.0),),
         ),
-        [_torque("torque"), EffectParameter("give", "rad", 5e-4, 0.3, 0.02, shape=True, resolves="angle")],
+        [_torque("torque"), EffectParameter("give", "rad", 5e-4, 2.0, 0.02, shape=True, resolves="angle")],
         "Dahl, A solid friction model, Aerospace Corporation TOR-0158, 1968",
         contains="coulomb_friction",
     ),
