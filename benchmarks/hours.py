@@ -89,10 +89,8 @@ class Cost:
     """Bags."""
     fit: float
     """The paper's model."""
-    share: float
-    """Effects, in a share of the windows."""
-    whole: float
-    """What was found, over all windows, and all else that the report needs of it."""
+    trace: float
+    """Effects, in a share of the motion, and what was found over all of it."""
     report: float
     """Its files: numbers, curves and page."""
     cpu: float
@@ -101,10 +99,8 @@ class Cost:
     """Largest resident size [MB]."""
     page: float
     """Size of the page [MB]."""
-    looked_in: int
-    """Windows in which effects were looked for."""
-    windows: int
-    """Windows that were fitted."""
+    looked_in: float
+    """Motion in which effects were looked for [s]."""
     found: tuple[str, ...]
 
 
@@ -124,32 +120,23 @@ def cost(bags: Sequence[Path], out: Path) -> Cost:
     marks.append(time.monotonic())
     found = identify(loaded.fit, [], loaded.job.settings.identify)
     marks.append(time.monotonic())
-    said: dict[str, float] = {}
-
-    def say(line: str) -> None:
-        said.setdefault(line.partition(" fitted to all")[0], time.monotonic())
-
-    traced = trace(found, say)
-    outcome = Outcome(loaded, found, traced, 0.0, 0.0)
+    outcome = Outcome(loaded, found, trace(found), 0.0, 0.0)
+    marks.append(time.monotonic())
     content = report(outcome)
-    shared = said.get("what was found is", time.monotonic())
-    marks += [shared, time.monotonic()]
     out.mkdir()
     write_result(out, {REPORT: json_text(content), CURVES: curves_npz(curves(outcome))}, None)
     draw(out)
     marks.append(time.monotonic())
-    read, fit, share, over_all, files = np.diff(marks).tolist()
+    read, fit, traced, files = np.diff(marks).tolist()
     return Cost(
         read,
         fit,
-        share,
-        over_all,
+        traced,
         files,
         cpu=time.process_time(),
         memory=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
         page=(out / PAGE).stat().st_size / 1e6,
-        looked_in=content["selection"]["looked_in"],
-        windows=content["refinement"]["windows"]["fit"],
+        looked_in=content["selection"]["looked_in_s"],
         found=tuple(f"{effect['name']} {effect['joint']}" for effect in content["effects"]),
     )
 
@@ -169,9 +156,9 @@ def table_of(costs: Sequence[tuple[str, Case, Cost]]) -> Table:
         (
             name,
             whole(case.trials * case.duration * case.rate),
-            f"{of.looked_in} of {of.windows}",
-            *(number(seconds) for seconds in (of.read, of.fit, of.share, of.whole, of.report)),
-            whole(sum((of.read, of.fit, of.share, of.whole, of.report))),
+            whole(of.looked_in),
+            *(number(seconds) for seconds in (of.read, of.fit, of.trace, of.report)),
+            whole(of.read + of.fit + of.trace + of.report),
             whole(of.cpu),
             whole(of.memory),
             number(of.page),
@@ -179,8 +166,8 @@ def table_of(costs: Sequence[tuple[str, Case, Cost]]) -> Table:
         )
         for name, case, of in costs
     ]
-    columns = ("free swing", "samples", "looked for effects in", "bags read [s]", "paper's model [s]",
-               "effects, in the share [s]", "all windows [s]", "files [s]", "together [s]", "processor [s]",
+    columns = ("free swing", "samples", "looked for effects in [s]", "bags read [s]", "paper's model [s]",
+               "effects [s]", "files [s]", "together [s]", "processor [s]",
                "memory [MB]", "page [MB]", "found")  # fmt: skip
     return Table(f"Over length, on {core_count()} cores", columns, rows)
 

@@ -68,7 +68,7 @@ class ModelSearch:
         """All models, by their effects."""
         self.steps: list[Step] = []
         self.failures: list[str] = []
-        self._scored: tuple[WholeSwings | None, list[Score]] = None, []
+        self._scored: tuple[WholeSwings, list[Neighbour], list[Score]] | None = None
         self.paper = self.best = self.fitted[_key(paper.model)] = paper
 
     def cost(self, found: WholeSwings) -> float:
@@ -94,9 +94,7 @@ class ModelSearch:
             InterruptedSearchError: the search is asked to stop.
         """
         while True:
-            promising, scored = additions(self.best, self._named_only)
-            self._scored = self.best, scored
-            neighbours = first(each for each in promising if len(each.model.effects) <= _MOST_EFFECTS)
+            neighbours = first(each for each in self._additions[0] if len(each.model.effects) <= _MOST_EFFECTS)
             tried, by_scores_alone = [(each, None) for each in (*suggested, *neighbours)], not suggested
             suggested = ()
             if self._move(before := self.best, tried, "added", must_explain=by_scores_alone):
@@ -111,8 +109,14 @@ class ModelSearch:
     @property
     def scores(self) -> list[Score]:
         """What each effect that the best model does not have would do for it."""
-        of, scored = self._scored
-        return scored if of is self.best else additions(self.best, self._named_only)[1]
+        return self._additions[1]
+
+    @property
+    def _additions(self) -> tuple[list[Neighbour], list[Score]]:
+        """See `additions`; of a model that is the best they are computed once."""
+        if self._scored is None or self._scored[0] is not self.best:
+            self._scored = self.best, *additions(self.best, self._named_only)
+        return self._scored[1:]
 
     def without(self, index: int) -> WholeSwings | None:
         """Return the best model without one of its effects; None where it cannot be fitted."""
