@@ -126,10 +126,8 @@ def predicted(final: Fit, data: Data, plan: Plan) -> Prediction | None:
         data: the trials.
         plan: where predictions begin.
     """
-    scales = data.scales
-    seen = [
-        cut_at(data.trials[s.trial], s.trial, [s.first, s.at], scales.step, scales.half_width)[0] for s in plan.starts
-    ]
+    step = data.scales.step
+    seen = [cut_at(data.trials[s.trial], s.trial, [s.first, s.at], step)[0] for s in plan.starts]
     if not seen:
         return None
     try:
@@ -140,7 +138,7 @@ def predicted(final: Fit, data: Data, plan: Plan) -> Prediction | None:
     grown, lasted = [], []
     for start, window in zip(plan.starts, fitted.windows, strict=True):
         trial = data.trials[start.trial]
-        whole = cut_at(trial, start.trial, [start.first, start.end], scales.step, scales.half_width)[0]
+        whole = cut_at(trial, start.trial, [start.first, start.end], step)[0]
         theta = fitted.model.predict(fitted.values, window.start, whole)
         ahead = slice(start.at - start.first - 1, None)
         error = np.max(np.abs(whole.theta - theta)[ahead], axis=1)

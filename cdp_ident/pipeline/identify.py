@@ -11,7 +11,7 @@ import numpy.typing as npt
 from cdp_ident.diagnosis.encoder_scale import encoder_scale
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.errors import IdentificationError
-from cdp_ident.fit.data import Data, noise_over, noise_over_averages, prepare
+from cdp_ident.fit.data import Data, noise_over_averages, prepare
 from cdp_ident.fit.force_balance import ForceBalance, Pieces, balance_of_forces, balances_of
 from cdp_ident.fit.initial_states import fit_initial_states
 from cdp_ident.fit.motion_model import MotionModel
@@ -68,10 +68,9 @@ def identify(
         )
     parted = assign_roles(fit, holdout, time_unit(prior.length, prior.gravity))
     shown = [part.shown for part in parted if part.is_fitted]
-    noise = noise_over(shown)
     balances, failure = _balances(shown, prior)
     balanced = balances[0] if balances else None
-    scales = scales_of(shown, prior.length, prior.gravity, noise)
+    scales = scales_of(shown, prior.length, prior.gravity)
     averaged = scales.together if sum(len(part.measured.time) for part in parted) > _MOST_SAMPLES else 1
     parted = [
         replace(part, trial=thinned(part.trial, scales.together), measured=thinned(part.measured, averaged))

@@ -22,7 +22,7 @@ from cdp_ident.report.next_trial import NOISES
 from cdp_ident.report.schema import Section
 from cdp_ident.trial.trial import Trial
 
-_SPANS = ("duration", "interval", "spacing", "half_width", "step")
+_SPANS = ("duration", "interval", "spacing", "step")
 """Times that are assumed of a next trial, as `Sampling` names them."""
 _MOST_SAMPLES = 1_000_000
 """Of a trial that a report assumes."""
@@ -132,7 +132,7 @@ def recorded_motion(report: Section, curves: Curves, knowledge: Knowledge) -> Re
         trial = Trial(str(index), curve.time, curve.measured, cart, breaks=breaks, weights=weights)
         for first, last in trial.bounds:
             if curve.window[first] != NO_WINDOW and last - first >= FEWEST_SAMPLES:
-                windows += cut_at(trial, index, [first, last], sampling.step, sampling.half_width)
+                windows += cut_at(trial, index, [first, last], sampling.step)
         trials.append(trial)
     followed = fit_initial_states(knowledge.model, knowledge.values, windows)
     return RecordedMotion.of(knowledge, trials, followed.windows)

@@ -49,12 +49,12 @@ def next_trial_section(outcome: Outcome, failed: Callable[[str], None]) -> Secti
 
     Where no motion can be computed there is none either, and `failed` is called with the reason.
     """
-    trace, found = outcome.trace, outcome.identification
+    trace, data = outcome.trace, outcome.identification.data
     if trace.failure:
         return None
-    last, data = trace.completed, found.data
+    last = trace.completed
     try:
-        knowledge = Knowledge.of(last.whole, last.fit.values, trace.covariance, last.inertia.value, data.scales)
+        knowledge = Knowledge.of(last.whole, last.fit.values, trace.covariance, last.inertia.value)
         windows = (*trace.after.fit.windows, *trace.after.holdout.windows)
         motion = partial(RecordedMotion.of, trials=data.trials, windows=windows)
         labels = knowledge.model.labels

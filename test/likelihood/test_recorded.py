@@ -17,7 +17,7 @@ from scenarios.swings import MODEL, TIME, TRUE, UNIT, measured, motion
 
 TRIAL = measured(motion(), np.random.default_rng(0))
 NOISE = np.array([2e-4, 3e-4])
-SCALES = scales_of([TRIAL], 0.4, 9.81, NOISE)
+SCALES = scales_of([TRIAL], 0.4, 9.81)
 
 
 def long_trial(repeats):

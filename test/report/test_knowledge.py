@@ -18,9 +18,8 @@ from scenarios.weighted import WEIGHT
 def known_after(outcome):
     """Return what an identification knew."""
     trace = outcome.trace
-    data, inertia = outcome.identification.data, trace.completed.inertia.value
     last = trace.completed
-    return Knowledge.of(last.whole, last.fit.values, trace.covariance, inertia, data.scales)
+    return Knowledge.of(last.whole, last.fit.values, trace.covariance, last.inertia.value)
 
 
 def test_a_report_read_from_its_file_knows_what_the_identification_knew(outcome, read_content):
