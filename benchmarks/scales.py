@@ -15,7 +15,7 @@ from rich.table import Table
 
 from benchmarks.balance import GRAVITY, Case
 from cdp_ident.errors import IdentificationError
-from cdp_ident.fit.force_balance import Pieces, balances_of
+from cdp_ident.fit.force_balance import Pieces, balance_of_forces
 from cdp_ident.fit.scales import scales_of
 from cdp_ident.fit.thinning import thinned
 
@@ -39,7 +39,7 @@ def sweep(cases: Sequence[Case]) -> Table:
             fewer = thinned(trial, scales.together)
             errors = [
                 f"{100 * float(np.max(np.abs(balance.groups[:3] / case.truth[:3] - 1))):.3f}"
-                for balance in (balances_of(Pieces.of([of], case.length, GRAVITY))[0] for of in (trial, fewer))
+                for balance in (balance_of_forces(Pieces.of([of], case.length, GRAVITY)) for of in (trial, fewer))
             ]
         except IdentificationError as error:
             table.add_row(*known, str(error))

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cdp_ident.fit.force_balance import Pieces, balances_of
+from cdp_ident.fit.force_balance import Pieces, balance_of_forces
 from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.objective import SHORT_IGA, search_objective
@@ -78,7 +78,7 @@ def search_and_fit(problem: StartGiven, rng: np.random.Generator) -> Arrival:
 
 def balance_and_fit(problem: StartGiven) -> Arrival:
     """Fit from a balance of forces, which simulates nothing, as `search_and_fit` does from the search's best."""
-    balance, *_ = balances_of(Pieces.of([problem.trial], PRIOR.length, PRIOR.gravity))
+    balance = balance_of_forces(Pieces.of([problem.trial], PRIOR.length, PRIOR.gravity))
     return _fitted(problem, balance.groups, 0)
 
 

@@ -144,14 +144,6 @@ class ModelUnknowns:
         inverse = [1.0 / (inertia or self.mechanism.inertia)] * self.inertia_free
         return np.concatenate([groups, constants, inverse, np.zeros(len(self.of_motors) + len(self.weight_errors))])
 
-    def with_base_parameters(self, values: Array, groups: Array, inertia: float | None) -> Array:
-        """Return values (unknowns,) with other base parameters (5,) and, where it is given, another A22 [kg m^2]."""
-        values = values.copy()
-        values[: len(GROUPS)] = groups
-        if self.inertia_free and inertia:
-            values[self.base_names.index(INVERSE_INERTIA.symbol)] = 1.0 / inertia
-        return values
-
     def with_effect(self: Model, effect: ActiveEffect) -> Model:
         """Return this model with one effect more, whose unknowns come last."""
         return replace(self, effects=(*self.effects, effect))

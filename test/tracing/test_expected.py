@@ -29,7 +29,7 @@ def identified(request):
     data = prepare(parted, 1.0, scales, NOISE)
     whole = fitted(fitted_recorded(data, NEAR, np.inf))
     options = IdentifyOptions(named_effects_only=True)
-    return bool(request.param), SimpleNamespace(whole=whole, data=data, options=options, enough=np.inf, balances=())
+    return bool(request.param), SimpleNamespace(whole=whole, data=data, options=options, enough=np.inf)
 
 
 def expectation(key, *values):
