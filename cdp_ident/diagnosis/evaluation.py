@@ -13,7 +13,7 @@ from cdp_ident.fit.data import Data
 from cdp_ident.fit.initial_states import Fit, fit_initial_states
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.share import share_of
-from cdp_ident.fit.windows import Window, as_one_window, beginning_of
+from cdp_ident.fit.windows import Window, beginning_of, cut_at
 from cdp_ident.machine.parallel import parallel_map
 from cdp_ident.trial.trial import Trial
 
@@ -122,7 +122,8 @@ def free_run(model: MotionModel, values: Array, trial: Trial, index: int, durati
         duration: length of the beginning to which the initial state is fitted [s].
     """
     start = start_of(model, values, trial, index, duration)
-    return model.predict(values, start, as_one_window(trial, index))
+    (whole,) = cut_at(trial, index, [0, len(trial.time)])
+    return model.predict(values, start, whole)
 
 
 def start_of(model: MotionModel, values: Array, trial: Trial, index: int, duration: float) -> Array:

@@ -27,8 +27,6 @@ _WIDEST = 0.5
 """Half width of the interval, as a share of the value, from which on a value counts as not determined."""
 _UNOBSERVABLE = 1e-6
 """Singular value, as a share of the largest, below which a combination of unknowns counts as unobservable."""
-_AS_LARGE = 0.999
-"""Components whose ratio is above this are equal but for rounding."""
 _RANK_TOLERANCE = 1e-3
 """A relative change of values that changes the base parameters by less than this share of it counts as changing
 nothing."""
@@ -155,7 +153,7 @@ def _directions(fit: Fit, triangle: Array) -> tuple[tuple[Direction, ...], tuple
 def _largest(vector: Array) -> float:
     """Return the largest component of a vector, the first of those that are so by rounding alone."""
     sizes = np.abs(vector)
-    return float(vector[np.argmax(sizes > _AS_LARGE * sizes.max())])
+    return float(vector[np.argmax(sizes > (1.0 - _RANK_TOLERANCE) * sizes.max())])
 
 
 def _tradeoffs(columns: Mapping[str, Array]) -> Iterator[Tradeoff]:

@@ -29,8 +29,6 @@ _FITTED = 5.0
 """Time units before a start to which its state is fitted: a second on the paper's rig, a swing of the outer rod."""
 _HORIZON = 50.0
 """Time units ahead, at most; and half of the longest stretch of motion."""
-_APART = 1.0
-"""Time units from one start to the next, at least."""
 _MOST_STARTS = 60
 
 
@@ -111,7 +109,7 @@ def _spacing(trial: Trial) -> float:
 def _starts(data: Data, index: int, first: int, last: int, fitted_span: float, horizon: float) -> Iterator[Start]:
     time = data.trials[index].time[first:last]
     room = float(time[-1] - time[0]) - fitted_span - horizon
-    count = int(room / (_APART * data.scales.time_unit)) + 1 if room >= 0.0 else 0
+    count = int(room / data.scales.time_unit) + 1 if room >= 0.0 else 0
     for at in time[0] + fitted_span + np.linspace(0.0, max(room, 0.0), count):
         begin, now, end = (int(place) for place in np.searchsorted(time, [at - fitted_span, at, at + horizon]))
         if now - begin >= FEWEST_SAMPLES and now < len(time):

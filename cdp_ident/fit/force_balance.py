@@ -14,6 +14,7 @@ import numpy as np
 from cdp_ident.arrays import Array, Mask
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.bounded import minimum_within_limits
+from cdp_ident.fit.initial_states import OUTLIER
 from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.model.parameters import GROUPS, time_unit
 from cdp_ident.model.weights import Weight, added_by
@@ -29,8 +30,6 @@ _FEWEST = 10 * _STRIDE
 """Windows in which both joints move that are needed at least."""
 _STICKS = 0.1
 """A joint sticks in a window where the direction of its friction is uncertain by more than this share."""
-_OUTLIER = 6.0
-"""Rows beyond so many robust standard deviations do not count."""
 _ROUNDS = 3
 _NO_TORQUE = 1e-9
 """Gravity's torque over A22 that is none [rad/s^2]."""
@@ -111,7 +110,7 @@ def balance_of_forces(pieces: Pieces, length_free: bool = False) -> ForceBalance
         values = _least_squares(columns, target, counts)
         left = columns @ values - target
         spread = np.array([np.median(np.abs(left[counts[:, k], k])) / MEDIAN_OF_SIZE for k in range(2)])
-        counts = holds & (np.abs(left) <= _OUTLIER * np.maximum(spread, 1e-300))
+        counts = holds & (np.abs(left) <= OUTLIER * np.maximum(spread, 1e-300))
     values[1] = max(values[1], _MARGIN * values[0] ** 2)
     numbers = dict(zip(COLUMNS, basis(()) @ values, strict=True))
     moments = np.sin(np.concatenate([motion.angles for motion in pieces.motions])) * [numbers["G1"], numbers["G2"]]

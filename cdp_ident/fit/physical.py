@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import minimize
 
-from cdp_ident.fit.prior import KNOWN_RELATIVE_STD, Prior
+from cdp_ident.fit.prior import FARTHEST, KNOWN_RELATIVE_STD, Prior
 from cdp_ident.model.acting import outer_rod_length
 from cdp_ident.model.parameters import GROUPS, SYMBOLS, groups_of, inertia_about_cart
 
@@ -23,8 +23,6 @@ Array = npt.NDArray[np.float64]
 _FRICTIONS = np.array([symbol in ("c1", "c2") for symbol in SYMBOLS])
 _FRICTION_GROUPS = np.array([group.symbol.startswith("c") for group in GROUPS])
 _PLACES = {symbol: place for place, symbol in enumerate(SYMBOLS)}
-_FARTHEST = 20.0
-"""No value lies further from what was known before than so many of its standard deviations."""
 _VAGUE = 100.0
 """Standard deviation of a logarithm about which nothing is known."""
 _MET = 1e-6
@@ -112,7 +110,7 @@ def nearest_physical_values(shown: Array, covariance: Array, prior: Prior, lengt
             np.zeros(count),
             jac=lambda z: 2 * z,
             method="SLSQP",
-            bounds=[(-_FARTHEST, _FARTHEST)] * count,
+            bounds=[(-FARTHEST, FARTHEST)] * count,
             constraints=[
                 {
                     "type": "eq",

@@ -16,7 +16,8 @@ from cdp_ident.trial.trial import Trial
 
 _PIECE = 8.0
 """Length of a stretch that is held out of a trial, in time units: some two windows of fast motion."""
-_CYCLE, _HELD_OUT = 6, 3
+_CYCLE = 6
+_HELD_OUT = _CYCLE // 2
 """Where no trials are held out, of every so many pieces of each trial the one with this index is."""
 
 

@@ -14,8 +14,9 @@ import numpy.typing as npt
 
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.noise import encoder_steps
-from cdp_ident.fit.windows import FEWEST_SAMPLES
-from cdp_ident.model.parameters import time_unit
+from cdp_ident.fit.windows import DEFAULT_WINDOW, FEWEST_SAMPLES
+from cdp_ident.model.parameters import NOMINAL, time_unit
+from cdp_ident.model.time_grid import DEFAULT_STEP
 from cdp_ident.trial.balance import motion_on_grid
 from cdp_ident.trial.scales import Scales as TrialScales
 from cdp_ident.trial.trial import Trial
@@ -23,24 +24,21 @@ from cdp_ident.trial.weak_form import Motion
 
 Array = npt.NDArray[np.float64]
 
-STEP = 0.02476
-"""Step of the integrator, in time units: the paper's 0.005 s (Section 4.2) for its L of 0.4 m."""
+_PAPER_S = time_unit(NOMINAL["L"], NOMINAL["g"])
+"""Time unit of the paper's rig [s]: its step of the integrator and windows of two small swings are so many units."""
 PACE = 2.5
 """Pace of the paper's motion (Table 3), times the time unit, rounded up: its rods go through the full circle. For a
 faster motion, steps are shorter by the same factor, since the error of a Runge-Kutta method depends on step times
 pace."""
-WINDOW = 12.38
-"""Length of a window, in time units: 2.5 s on the paper's rig, two small swings."""
 _FEWEST = 2 * FEWEST_SAMPLES
 """Fewest samples of a trial: those of two windows."""
 SAMPLES_PER_UNIT = 40.0
 """Samples a time unit that a motion of the paper's pace needs; measured in benchmarks/scales.py: with fewer, fitted
 values scatter more than with all of them. So many leave less than 0.1 microradian of error (`fit/thinning.py`)."""
 ENOUGH = 400.0
-"""Motion in which effects are looked for, where there is more, in time units: 81 s on the paper's rig. Benchmarks and
-examples of a minute are below it; of an hour it shows effects down to some seven times what the hour shows."""
-_STRETCH = 200.0
-"""Time units of a trial, where its motion is fastest, from which its pace is taken."""
+"""Motion in which effects are looked for, where there is more, and of each trial its pace, in time units: 81 s on the
+paper's rig. Benchmarks and examples of a minute are below it; of an hour it shows effects down to some seven times what
+the hour shows."""
 _LIVELY = 0.99
 """Quantile of speeds and accelerations that is their pace: the largest of a spline may be its error."""
 
@@ -89,11 +87,12 @@ def scales_of(trials: Sequence[Trial], length: float, gravity: float) -> Scales:
             f"no trial has {_FEWEST} samples and lasts {unit:.2f} s, the time unit of a rig with L = {length:g} m"
         )
     faster = max(1.0, max(_pace_of(_liveliest(trial, unit)) for trial in usable) * unit / PACE)
+    longer = unit / (_PAPER_S * faster)
     spacing = float(np.median(np.concatenate([np.diff(trial.time) for trial in usable])))
     return Scales(
         time_unit=unit,
-        step=STEP * unit / faster,
-        window=max(WINDOW * unit / faster, FEWEST_SAMPLES * spacing),
+        step=DEFAULT_STEP * longer,
+        window=max(DEFAULT_WINDOW * longer, FEWEST_SAMPLES * spacing),
         together=max(1, int(unit / (faster * SAMPLES_PER_UNIT * spacing))),
         encoder_steps=np.max([encoder_steps(trial) for trial in trials], axis=0),
     )
@@ -102,9 +101,9 @@ def scales_of(trials: Sequence[Trial], length: float, gravity: float) -> Scales:
 def _liveliest(trial: Trial, unit: float) -> Motion:
     """Return the motion of the stretch of a trial in which it is fastest, as far as it was recorded."""
     time, theta = trial.time, trial.theta
-    if trial.duration > _STRETCH * unit:
+    if trial.duration > ENOUGH * unit:
         moved = np.concatenate([[0.0], np.cumsum(np.sum(np.diff(theta, axis=0) ** 2, axis=1))])
-        last = np.minimum(np.searchsorted(time, time + _STRETCH * unit), len(time) - 1)
+        last = np.minimum(np.searchsorted(time, time + ENOUGH * unit), len(time) - 1)
         first = int(np.argmax(moved[last] - moved))
         part = slice(first, int(last[first]) + 1)
         time, theta = time[part], theta[part]

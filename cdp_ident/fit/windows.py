@@ -22,7 +22,7 @@ Array = npt.NDArray[np.float64]
 
 DEFAULT_WINDOW = 2.5
 """Length of a window [s]."""
-_NEAR = 10
+NEAR = 10
 """Samples within so many steps of the integrator, 0.05 s of the paper's rig, show where a window or a piece begins."""
 _GAP = 2.0
 """Samples are missing where none comes for so many usual steps."""
@@ -83,7 +83,7 @@ class Window:
         firsts = np.arange(0, self.grid.steps, steps)
         samples = [*self.grid.first_sample[firsts].tolist(), len(self.time)]
         since = np.asarray(firsts * self.grid.step, dtype=float)
-        angles, velocities = local_motion(self.time, self.theta, since, _NEAR * self.grid.step)
+        angles, velocities = local_motion(self.time, self.theta, since, NEAR * self.grid.step)
         pieces = []
         for k, (first, (begin, end)) in enumerate(zip(firsts.tolist(), pairwise(samples), strict=True)):
             last = min(first + steps, self.grid.steps)
@@ -127,11 +127,6 @@ def evenly(trial: Trial, first: int, last: int, duration: float) -> list[int]:
     return [first, *(first + np.searchsorted(trial.time[first:last], places)).tolist(), last]
 
 
-def as_one_window(trial: Trial, index: int) -> Window:
-    """Return a whole trial as one window."""
-    return cut_at(trial, index, [0, len(trial.time)])[0]
-
-
 def beginning_of(trial: Trial, index: int, duration: float, step: float = DEFAULT_STEP) -> Window:
     """Return the first `duration` [s] of a trial, or its first few samples where these last longer, as a window."""
     samples = int(np.searchsorted(trial.time, trial.time[0] + duration, side="right"))
@@ -160,7 +155,7 @@ def cut_at(trial: Trial, index: int, bounds: Sequence[int], step: float = DEFAUL
         grid = TimeGrid.over(time, step)
         half_steps = grid.half_step_times()
         u = np.zeros(len(half_steps)) if acceleration is None else np.interp(half_steps, time, acceleration[first:last])
-        angles, velocities = local_motion(time, theta, np.zeros(1), _NEAR * step)
+        angles, velocities = local_motion(time, theta, np.zeros(1), NEAR * step)
         start = np.concatenate([angles[0], velocities[0]])
         begin = float(trial.time[first])
         time_std = trial.clock.std if trial.clock else 0.0
