@@ -22,8 +22,6 @@ Array = npt.NDArray[np.float64]
 
 _NO_LONGER = 1.5
 """A new trial no longer fits if its error is so many times that on held-out motion."""
-_NO_TRIAL = -1
-"""Number of a trial that no effect of an instant belongs to."""
 
 
 @dataclass(frozen=True)
@@ -96,12 +94,13 @@ def check_new_trial(
     Raises:
         IdentificationError: the trial is too short for a single window, or has no motion that can be computed.
     """
-    windows = [replace(w, trial=_NO_TRIAL) for w in cut_into_windows([trial], min(data.window, trial.duration))]
+    number = len(data.trials)  # no effect of an instant is of it
+    windows = [replace(w, trial=number) for w in cut_into_windows([trial], min(data.window, trial.duration))]
     # A single trial does not determine A22; nor do trials that all had the same weights.
     known, remain = model.with_inertia_known(values)
     model, values, spread = known, values[remain], spread[np.ix_(remain, remain)]
     held = fit_initial_states(model, values, windows)
-    recorded = one_recorded(data, trial, _NO_TRIAL, NEAR)
+    recorded = one_recorded(data, trial, number, NEAR)
     states = states_of(recorded, held.model, held.values, held.windows)
     noise = Noise.white(recorded.encoders, recorded.large_torque)
     alone = GaussNewton(held.model, held.values, recorded, states, noise).run().found()

@@ -31,8 +31,6 @@ _FEWEST = 10 * _STRIDE
 _STICKS = 0.1
 """A joint sticks in a window where the direction of its friction is uncertain by more than this share."""
 _ROUNDS = 3
-_NO_TORQUE = 1e-9
-"""Gravity's torque over A22 that is none [rad/s^2]."""
 _MARGIN = 1.02
 """Least ratio of A33 A22 to A23^2: the rods' masses are not points."""
 
@@ -121,7 +119,7 @@ def balance_of_forces(pieces: Pieces, length_free: bool = False) -> ForceBalance
         dry_friction=dry_friction,
         inertia=1.0 / others[-1] if pieces.inertia_free and others[-1] > 0.0 else None,
         length=groups[0] / others[0] if length_free and others[0] else pieces.length,
-        unexplained=np.divide(spread, gravity, out=np.full(2, np.inf), where=gravity > _NO_TORQUE),
+        unexplained=np.divide(spread, gravity, out=np.full(2, np.inf), where=gravity > 0.0),
     )
 
 

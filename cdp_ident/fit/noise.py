@@ -5,7 +5,7 @@
 import numpy as np
 
 from cdp_ident.arrays import Array, Mask
-from cdp_ident.trial.differences import MEDIAN_OF_SIZE, encoder_step, fourth_differences
+from cdp_ident.trial.differences import MEDIAN_OF_SIZE, SAME, encoder_step, fourth_differences
 from cdp_ident.trial.trial import Trial
 
 _STANDS_OUT = 4.0
@@ -13,8 +13,6 @@ _STANDS_OUT = 4.0
 _GROWS = 2.5
 """Fourth differences of samples twice as far apart show at most so many times as much of noise: as much of white noise,
 1.4 times as much of a random walk; but 2.8 times as much where random torques move rods, 9 to 16 of smooth motion."""
-_NOTHING = 1e-12
-"""A difference that is rounding error [rad]."""
 
 
 def noise_of(trial: Trial) -> Array:
@@ -56,7 +54,7 @@ def rounding_of_averages(trial: Trial, together: int) -> Array:
     span = 2 * together
     count = len(trial.time) // span
     angles = _encoder_angles(trial)[: count * span].reshape(count, span, 2)
-    repeats = np.all(np.abs(np.diff(angles, axis=1)) <= _NOTHING, axis=1)
+    repeats = np.all(np.abs(np.diff(angles, axis=1)) <= SAME, axis=1)
     return _rounding(encoder_steps(trial) * np.sqrt(np.mean(repeats, axis=0)))
 
 
@@ -81,6 +79,6 @@ def _trimmed_deviation(sizes: Array) -> float:
 
     Where an encoder mostly repeats its reading, the differences that are not zero are single steps, not outliers.
     """
-    shown = sizes[sizes > _NOTHING]
+    shown = sizes[sizes > SAME]
     usual = float(np.median(shown)) / MEDIAN_OF_SIZE if len(shown) else 0.0
-    return float(np.sqrt(np.mean(sizes[sizes <= _STANDS_OUT * usual + _NOTHING] ** 2)))
+    return float(np.sqrt(np.mean(sizes[sizes <= _STANDS_OUT * usual + SAME] ** 2)))

@@ -30,8 +30,6 @@ PACE = 2.5
 """Pace of the paper's motion (Table 3), times the time unit, rounded up: its rods go through the full circle. For a
 faster motion, steps are shorter by the same factor, since the error of a Runge-Kutta method depends on step times
 pace."""
-_FEWEST = 2 * FEWEST_SAMPLES
-"""Fewest samples of a trial: those of two windows."""
 SAMPLES_PER_UNIT = 40.0
 """Samples a time unit that a motion of the paper's pace needs; measured in benchmarks/scales.py: with fewer, fitted
 values scatter more than with all of them. So many leave less than 0.1 microradian of error (`fit/thinning.py`)."""
@@ -80,11 +78,11 @@ def scales_of(trials: Sequence[Trial], length: float, gravity: float) -> Scales:
     Raises:
         IdentificationError: no trial has enough samples.
     """
-    unit = time_unit(length, gravity)
-    usable = [trial for trial in trials if len(trial.time) >= _FEWEST and trial.duration > unit]
+    unit, fewest = time_unit(length, gravity), 2 * FEWEST_SAMPLES
+    usable = [trial for trial in trials if len(trial.time) >= fewest and trial.duration > unit]
     if not usable:
         raise IdentificationError(
-            f"no trial has {_FEWEST} samples and lasts {unit:.2f} s, the time unit of a rig with L = {length:g} m"
+            f"no trial has {fewest} samples and lasts {unit:.2f} s, the time unit of a rig with L = {length:g} m"
         )
     faster = max(1.0, max(_pace_of(_liveliest(trial, unit)) for trial in usable) * unit / PACE)
     longer = unit / (_PAPER_S * faster)

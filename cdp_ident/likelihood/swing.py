@@ -16,6 +16,7 @@ from cdp_ident.model.layout import RODS_STATES
 from cdp_ident.model.motions import InitialValueProblem, motions
 from cdp_ident.model.time_grid import TimeGrid
 from cdp_ident.model.weights import Weight
+from cdp_ident.trial.differences import SAME
 from cdp_ident.trial.kinematics import local_motion
 from cdp_ident.trial.trial import Trial
 
@@ -24,8 +25,6 @@ Indices = npt.NDArray[np.int64]
 
 _READINGS = np.array([[1.0, 0.0], [-1.0, 1.0]])
 """What the inner and the outer encoder measure of theta1 and theta2."""
-_REPEATED = 1e-9
-"""Angles that differ by less are one reading [rad]."""
 
 
 class Linearised(NamedTuple):
@@ -231,7 +230,7 @@ def weights_of_runs(theta: Array) -> Array:
     """
     weight = np.ones(theta.shape)
     for of_encoder, reading in zip(weight.T, (theta @ _READINGS.T).T, strict=True):
-        runs = np.concatenate([[0], np.cumsum(np.abs(np.diff(reading)) > _REPEATED)])
+        runs = np.concatenate([[0], np.cumsum(np.abs(np.diff(reading)) > SAME)])
         of_encoder[:] = 1.0 / np.bincount(runs)[runs]
     return weight
 

@@ -9,6 +9,8 @@ from cdp_ident.arrays import Array
 SAMPLES = 5
 """Samples in a fourth divided difference, to which the pendulum's motion hardly contributes: at 200 Hz a swing at 10
 rad/s of 1 rad leaves 6 microradians in it."""
+SAME = 1e-9
+"""Angles that differ by less are one reading [rad]."""
 MEDIAN_OF_SIZE = 0.6745
 """Median of the size of a standard normal number."""
 
@@ -41,7 +43,7 @@ def encoder_step(angles: Array) -> float:
     as of a rod that turns evenly, none shows.
     """
     every = np.abs(np.diff(angles))
-    changes = every[every > 1e-9]
+    changes = every[every > SAME]
     if len(changes) == 0:
         return 0.0
     smallest = float(changes.min())
