@@ -16,15 +16,11 @@ import numpy.typing as npt
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.diagnosis.inertia import GUESSED, Inertia
 from cdp_ident.fit.initial_states import Fit
-from cdp_ident.fit.physical import logarithmic_derivatives
+from cdp_ident.fit.physical import CONFIDENCE, is_determined, logarithmic_derivatives
 from cdp_ident.model.parameters import GROUPS, INVERSE_INERTIA, SYMBOLS
 
 Array = npt.NDArray[np.float64]
 
-CONFIDENCE = 1.96
-"""Half width of a 95 % interval, in standard deviations."""
-_WIDEST = 0.5
-"""Half width of the interval, as a share of the value, from which on a value counts as not determined."""
 _UNOBSERVABLE = 1e-6
 """Singular value, as a share of the largest, below which a combination of unknowns counts as unobservable."""
 _RANK_TOLERANCE = 1e-3
@@ -129,11 +125,6 @@ def identifiability(found: Identification) -> Identifiability:
     if physical.possible:
         words += _words_on_physical_values(result, tuple(prior.known), inertia, physical.inertia_std_once_weighed)
     return Identifiability(**{**vars(result), "words": tuple(words)})
-
-
-def is_determined(value: float, std: float) -> bool:
-    """Return whether the 95 % interval of a value stays within half the value to either side."""
-    return bool(CONFIDENCE * std < _WIDEST * abs(value))
 
 
 def _directions(fit: Fit, triangle: Array) -> tuple[tuple[Direction, ...], tuple[Tradeoff, ...]]:

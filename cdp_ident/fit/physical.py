@@ -27,8 +27,10 @@ _VAGUE = 100.0
 """Standard deviation of a logarithm about which nothing is known."""
 _MET = 1e-6
 """A condition counts as met when the logarithms of what it compares differ by less."""
-_DETERMINED = 0.2
-"""Relative standard deviation below which the data, with what was measured, determine a value."""
+CONFIDENCE = 1.96
+"""Half width of a 95 % interval, in standard deviations."""
+_WIDEST = 0.5
+"""Half width of the interval, as a share of the value, from which on a value counts as not determined."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +49,11 @@ class PhysicalValues:
     """The same, were the outer rod's mass known."""
     possible: bool
     """Whether a mechanism with these base parameters was found; if not, the values are those known before."""
+
+
+def is_determined(value: float, std: float) -> bool:
+    """Return whether the 95 % interval of a value stays within half the value to either side."""
+    return bool(CONFIDENCE * std < _WIDEST * abs(value))
 
 
 def shown_by_trials(values: Array, length: float, with_inertia: bool) -> Array:
@@ -172,7 +179,7 @@ def _uncertainty(
     inertia = values[~_FRICTIONS]
     covariance = posterior(prior.covariance)
     std = std_of(covariance) * values
-    determined = std_of(posterior(np.diag(without_nominal**2))) < _DETERMINED
+    determined = CONFIDENCE * std_of(posterior(np.diag(without_nominal**2))) < _WIDEST
     step = np.exp(1e-6 * np.eye(len(values)))
     by_values = np.log(inertia_about_cart(step * values, length) / inertia_about_cart(values, length)) / 1e-6
     with_inertia, rod = covariance @ by_values, _PLACES["m2"]
