@@ -26,9 +26,6 @@ Array = npt.NDArray[np.float64]
 
 OUTLIER = 6.0
 """Residuals beyond so many robust standard deviations lose weight (Huber, Robust Statistics, 1981)."""
-_PIECE = 2 * NEAR
-"""Steps of the integrator in a piece of a window: half a time unit of the rig. With half or twice as many, errors
-are the same; with four times as many, two of some 2000 windows were lost."""
 _NOTHING = 1e-6
 """Steps end where one changes residuals by less than this share of their squares. A direction of the initial state that
 moves the angles by less than this share of what another one does is left as the samples show it: a joint that stops at
@@ -116,7 +113,7 @@ class _Shooting:
         Raises:
             IdentificationError: no motion can be computed.
         """
-        pieces = self.window.pieces(_PIECE)
+        pieces = self.window.pieces(2 * NEAR)
         starts = np.array([self.model.initial_state(piece.start) for piece in pieces])
         begins, is_small = [starts[0]], False
         while not is_small and len(begins) <= _MOST_STEPS:

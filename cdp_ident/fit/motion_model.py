@@ -20,9 +20,6 @@ from cdp_ident.model.parameters import COEFFICIENTS, GROUPS, INVERSE_INERTIA, co
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 
-LATEST = 0.05
-"""No encoder is later or earlier than this [s]."""
-
 
 @dataclass(frozen=True)
 class MotionModel(ModelUnknowns):

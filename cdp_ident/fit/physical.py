@@ -23,8 +23,6 @@ Array = npt.NDArray[np.float64]
 _FRICTIONS = np.array([symbol in ("c1", "c2") for symbol in SYMBOLS])
 _FRICTION_GROUPS = np.array([group.symbol.startswith("c") for group in GROUPS])
 _PLACES = {symbol: place for place, symbol in enumerate(SYMBOLS)}
-_VAGUE = 100.0
-"""Standard deviation of a logarithm about which nothing is known."""
 _MET = 1e-6
 """A condition counts as met when the logarithms of what it compares differ by less."""
 CONFIDENCE = 1.96
@@ -164,7 +162,7 @@ def _uncertainty(
     derivatives = logarithmic_derivatives(values, length, len(shown) > len(GROUPS))[seen]
     relative = shown_covariance[np.ix_(seen, seen)] / np.outer(shown[seen], shown[seen])
     relative = np.where(np.isfinite(relative), relative, 0.0) + np.diag(
-        np.where(np.isfinite(np.diag(relative)), 0.0, _VAGUE**2)
+        np.where(np.isfinite(np.diag(relative)), 0.0, FARTHEST**2)
     )
 
     def posterior(spread: Array) -> Array:
@@ -174,7 +172,7 @@ def _uncertainty(
     def std_of(covariance: Array) -> Array:
         return np.sqrt(np.maximum(np.diag(covariance), 0.0))
 
-    without_nominal = np.where(prior.is_known, prior.relative_std, _VAGUE)
+    without_nominal = np.where(prior.is_known, prior.relative_std, FARTHEST)
     # A friction of zero has no logarithm: its deviation is that of its base parameter.
     inertia = values[~_FRICTIONS]
     covariance = posterior(prior.covariance)

@@ -23,7 +23,9 @@ Array = npt.NDArray[np.float64]
 DEFAULT_WINDOW = 2.5
 """Length of a window [s]."""
 NEAR = 10
-"""Samples within so many steps of the integrator, 0.05 s of the paper's rig, show where a window or a piece begins."""
+"""Samples within so many steps of the integrator, 0.05 s of the paper's rig, show where a window or a piece begins; and
+pieces are twice as long, half a time unit. With half or twice as many steps in these errors are the same; with four
+times as many, two of some 2000 windows were lost."""
 _GAP = 2.0
 """Samples are missing where none comes for so many usual steps."""
 FEWEST_SAMPLES = 12
