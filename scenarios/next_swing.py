@@ -73,7 +73,7 @@ class Swings:
                 for each in Swing.of(trial, index, scales.step, spacing * scales.time_unit)
             )
             encoders = np.full(2, noise[0])
-            states = [each.states(model, values, []) for each in swings]
+            states = [each.states(model) for each in swings]
             return Recorded(swings, encoders, scales.encoder_steps, scales.time_unit), states
 
         fit = most_likely(model, values, recorded)

@@ -86,7 +86,7 @@ def _fitted(problem: StartGiven, groups: Array, evaluations: int) -> Arrival:
     unit = time_unit(PRIOR.length, PRIOR.gravity)
     nodes = Swing.of(problem.trial, 0, STEP, NEAR * unit)
     recorded = Recorded(tuple(nodes), np.full(2, NOISE), STEPS, unit)
-    states = [swing.states(MODEL, groups, []) for swing in nodes]
+    states = [swing.states(MODEL) for swing in nodes]
     noise = Noise.white(recorded.encoders, recorded.large_torque)
     found = GaussNewton(MODEL, groups, recorded, states, noise, CLOSE_ENOUGH).run(ENOUGH_STEPS).found()
     # Its start is known: the whole trial is one piece.

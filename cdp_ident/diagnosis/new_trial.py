@@ -101,7 +101,7 @@ def check_new_trial(
     model, values, spread = known, values[remain], spread[np.ix_(remain, remain)]
     held = fit_initial_states(model, values, windows)
     recorded = one_recorded(data, trial, number, NEAR)
-    states = states_of(recorded, held.model, held.values, held.windows)
+    states = states_of(recorded, held.model)
     noise = Noise.white(recorded.encoders, recorded.large_torque)
     alone = GaussNewton(held.model, held.values, recorded, states, noise).run().found()
     # Zeros of a trial are not the rig's, and coefficients of curves have no meaning one by one.

@@ -121,7 +121,7 @@ def _paper_s_model(
         found = list[WholeSwings]()
         for values in begins:
             try:
-                states = states_of(recorded, model, values, ())
+                states = states_of(recorded, model)
                 steps = GaussNewton(model, values, recorded, states, noise, CLOSE_ENOUGH)
                 found.append(steps.run(most_steps).found())
             except (IdentificationError, np.linalg.LinAlgError) as error:

@@ -55,8 +55,7 @@ def next_trial_section(outcome: Outcome, failed: Callable[[str], None]) -> Secti
     last = trace.completed
     try:
         knowledge = Knowledge.of(last.whole, last.fit.values, trace.covariance, last.inertia.value)
-        windows = (*trace.after.fit.windows, *trace.after.holdout.windows)
-        motion = partial(RecordedMotion.of, trials=data.trials, windows=windows)
+        motion = partial(RecordedMotion.of, trials=data.trials)
         labels = knowledge.model.labels
         possible = {label: effect.also_possible for label, effect in zip(labels, trace.effects, strict=True)}
         questions = usual_questions(knowledge.model, possible)

@@ -52,10 +52,9 @@ def test_what_weights_have_shown_is_read_too(weighted_outcome, weighted_content)
 
 
 def test_the_motion_of_the_fitted_model_is_read_from_the_curves(outcome, read_content, shown_curves):
-    knowledge, after = knowledge_of(read_content), outcome.trace.after
+    knowledge = knowledge_of(read_content)
     found = recorded_motion(read_content, shown_curves, knowledge)
-    windows = (*after.fit.windows, *after.holdout.windows)
-    direct = RecordedMotion.of(knowledge, outcome.identification.data.trials, windows)
+    direct = RecordedMotion.of(knowledge, outcome.identification.data.trials)
     assert (found.share, found.averaged) == pytest.approx((direct.share, direct.averaged))
     for states, of_direct in zip(found.states, direct.states, strict=True):
         assert states[:, :2] == pytest.approx(of_direct[:, :2], abs=5e-3)
