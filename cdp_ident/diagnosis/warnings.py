@@ -17,8 +17,8 @@ from cdp_ident.trial.trial import Trial
 _EDGE = 0.01
 """A value within this share of its search range from a limit is at its edge."""
 FAR_OFF = 3.0
-"""So many standard deviations is a value wrong, so many times the windows' median or the noise an error far too large.
-"""
+"""A value is wrong that is so many standard deviations off; an error is far too large that is so many times the noise,
+or the median of the windows."""
 MOST_NAMED = 4
 _DAMAGED = 0.02
 """A larger share of outliers means that a part is broken; of more than a few per cent, some are not found."""

@@ -124,10 +124,10 @@ def balance_of_forces(pieces: Pieces, length_free: bool = False) -> ForceBalance
 
 
 def _basis_of(pieces: Pieces, length_free: bool) -> Callable[[Sequence[Weight]], Array]:
-    """Return a function from weights on the rods to the lumped numbers that what is sought is, (columns, unknowns).
+    """Return a function from weights on the rods to the lumped numbers (columns, unknowns) that the unknowns are.
 
-    That are the base parameters, dry friction in both joints, m2 l2 over A22 where L is free, and 1 / A22 where weights
-    or motors show it.
+    These are the base parameters, dry friction in both joints, m2 l2 over A22 where L is free, and 1 / A22 where
+    weights or motors show it.
     """
     g, length = pieces.gravity, pieces.length
 

@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.windows import NEAR, Window
+from cdp_ident.fit.windows import NEAR_STEPS, Window
 from cdp_ident.machine.parallel import parallel_map
 from cdp_ident.trial.differences import MEDIAN_OF_SIZE
 
@@ -113,7 +113,7 @@ class _Shooting:
         Raises:
             IdentificationError: no motion can be computed.
         """
-        pieces = self.window.pieces(2 * NEAR)
+        pieces = self.window.pieces(2 * NEAR_STEPS)
         starts = np.array([self.model.initial_state(piece.start) for piece in pieces])
         begins, is_small = [starts[0]], False
         while not is_small and len(begins) <= _MOST_STEPS:

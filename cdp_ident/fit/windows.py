@@ -22,7 +22,7 @@ Array = npt.NDArray[np.float64]
 
 DEFAULT_WINDOW = 2.5
 """Length of a window [s]."""
-NEAR = 10
+NEAR_STEPS = 10
 """Samples within so many steps of the integrator, 0.05 s of the paper's rig, show where a window or a piece begins; and
 pieces are twice as long, half a time unit. With half or twice as many steps in these errors are the same; with four
 times as many, two of some 2000 windows were lost."""
@@ -85,7 +85,7 @@ class Window:
         firsts = np.arange(0, self.grid.steps, steps)
         samples = [*self.grid.first_sample[firsts].tolist(), len(self.time)]
         since = np.asarray(firsts * self.grid.step, dtype=float)
-        angles, velocities = local_motion(self.time, self.theta, since, NEAR * self.grid.step)
+        angles, velocities = local_motion(self.time, self.theta, since, NEAR_STEPS * self.grid.step)
         pieces = []
         for k, (first, (begin, end)) in enumerate(zip(firsts.tolist(), pairwise(samples), strict=True)):
             last = min(first + steps, self.grid.steps)
@@ -157,7 +157,7 @@ def cut_at(trial: Trial, index: int, bounds: Sequence[int], step: float = DEFAUL
         grid = TimeGrid.over(time, step)
         half_steps = grid.half_step_times()
         u = np.zeros(len(half_steps)) if acceleration is None else np.interp(half_steps, time, acceleration[first:last])
-        angles, velocities = local_motion(time, theta, np.zeros(1), NEAR * step)
+        angles, velocities = local_motion(time, theta, np.zeros(1), NEAR_STEPS * step)
         start = np.concatenate([angles[0], velocities[0]])
         begin = float(trial.time[first])
         time_std = trial.clock.std if trial.clock else 0.0

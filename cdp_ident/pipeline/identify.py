@@ -149,8 +149,8 @@ def _weights_differ(fit: Sequence[Trial], holdout: Sequence[Trial]) -> bool:
 
 def _balance(trials: Sequence[Trial], prior: Prior) -> ForceBalance | None:
     """Return the balance of forces, with another L where the given one is not believed; None with too little motion."""
-    pieces = Pieces.of(trials, prior.length, prior.gravity)
     try:
+        pieces = Pieces.of(trials, prior.length, prior.gravity)
         given, free = (balance_of_forces(pieces, length_free) for length_free in (False, True))
     except (IdentificationError, np.linalg.LinAlgError):
         return None
