@@ -17,7 +17,7 @@ from rich.table import Table
 from scipy.interpolate import CubicHermiteSpline
 
 from cdp_ident.errors import IdentificationError
-from cdp_ident.fit.force_balance import DRY, ForceBalance, Pieces, balances_of
+from cdp_ident.fit.force_balance import ForceBalance, Pieces, balance_of_forces
 from cdp_ident.trial.trial import Trial
 from reference.own_units import Rig, motion
 
@@ -87,7 +87,7 @@ def moved(rig: str, start: str, until: float) -> CubicHermiteSpline:
 def found(case: Case) -> ForceBalance | None:
     """Return the balance of a case, or None where it says that there is too little motion."""
     try:
-        return balances_of(Pieces.of([case.trial()], case.length, GRAVITY))[0]
+        return balance_of_forces(Pieces.of([case.trial()], case.length, GRAVITY))
     except IdentificationError:
         return None
 
@@ -104,12 +104,11 @@ def sweep(cases: Sequence[Case]) -> Table:
         if result is None:
             table.add_row(*known, f"{case.duration / unit:.0f}", "too little motion")
             continue
-        dry = [float(sum(values.sum() for effect, values in result.found if effect is one)) for one in DRY]
         table.add_row(
             *known,
             f"{case.duration / unit:.0f}",
             " ".join(f"{100 * error:+.2f}" for error in result.groups[:3] / truth[:3] - 1),
-            " ".join(f"{value:.4f}" for value in np.array([*result.groups[3:], *dry]) * in_units),
+            " ".join(f"{value:.4f}" for value in np.array([*result.groups[3:], *result.dry_friction]) * in_units),
             " ".join(f"{value:.3f}" for value in truth[3:] * in_units),
             " ".join(f"{share:.4f}" for share in result.unexplained),
         )

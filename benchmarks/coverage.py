@@ -24,8 +24,8 @@ from benchmarks._kept import Kept, add_arguments, kept
 from benchmarks._product import identified
 from benchmarks._tables import Table
 from benchmarks.chance import RIG
-from cdp_ident.diagnosis.identifiability import CONFIDENCE
 from cdp_ident.fit.initial_states import Fit
+from cdp_ident.fit.physical import CONFIDENCE
 from cdp_ident.model.parameters import GROUPS, SYMBOLS, groups_of, inertia_about_cart
 from cdp_ident.tracing.trace import trace
 from reference.encoders import Counter

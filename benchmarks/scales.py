@@ -15,7 +15,7 @@ from rich.table import Table
 
 from benchmarks.balance import GRAVITY, Case
 from cdp_ident.errors import IdentificationError
-from cdp_ident.fit.force_balance import Pieces, balances_of
+from cdp_ident.fit.force_balance import Pieces, balance_of_forces
 from cdp_ident.fit.scales import scales_of
 from cdp_ident.fit.thinning import thinned
 
@@ -29,27 +29,23 @@ STARTS = ("small", "wide", "whirling")
 def sweep(cases: Sequence[Case]) -> Table:
     """Return a table with a row for each case; times are in the rig's units."""
     table = Table(
-        "start", r"L \[m]", "Hz", "s", "mrad", "pace", "step", "window", "piece", "half width",
-        "together", "error of all [%]", "of fewer [%]",
+        "start", r"L \[m]", "Hz", "s", "mrad", "step", "window", "together", "error of all [%]", "of fewer [%]",
     )  # fmt: skip
     for case in cases:
         trial, unit = case.trial(), case.unit
         known = (case.start, f"{case.length:g}", f"{case.rate:g}", f"{case.duration:g}", f"{1e3 * case.noise:g}")
         try:
-            scales = scales_of([trial], case.length, GRAVITY, np.full(2, case.noise))
+            scales = scales_of([trial], case.length, GRAVITY)
             fewer = thinned(trial, scales.together)
             errors = [
                 f"{100 * float(np.max(np.abs(balance.groups[:3] / case.truth[:3] - 1))):.3f}"
-                for balance in (balances_of(Pieces.of([of], case.length, GRAVITY))[0] for of in (trial, fewer))
+                for balance in (balance_of_forces(Pieces.of([of], case.length, GRAVITY)) for of in (trial, fewer))
             ]
         except IdentificationError as error:
             table.add_row(*known, str(error))
             continue
-        times = (scales.window, scales.shortest_piece, scales.half_width)
-        window, piece, half_width = (f"{time / unit:.2f}" for time in times)
         table.add_row(
-            *known, f"{scales.pace * unit:.1f}", f"{scales.step / unit:.4f}", window,
-            piece, half_width, str(scales.together), *errors,
+            *known, f"{scales.step / unit:.4f}", f"{scales.window / unit:.2f}", str(scales.together), *errors,
         )  # fmt: skip
     return table
 

@@ -60,7 +60,7 @@ class Swings:
     def of(cls, trials: Sequence[Trial], model: MotionModel = MODEL, truth: Array = TRUTH) -> "Swings":
         """Fit trials as `identify` does in the end."""
         noise = noise_over(trials)
-        scales = scales_of(trials, PRIOR.length, PRIOR.gravity, noise)
+        scales = scales_of(trials, PRIOR.length, PRIOR.gravity)
         weights = [weight for trial in trials for weight in trial.weights]
         errors = tuple(dict.fromkeys(error for weight in weights for error in weight.errors))
         model = replace(model, inertia_free=bool(weights), weight_errors=errors)
@@ -73,12 +73,12 @@ class Swings:
                 for each in Swing.of(trial, index, scales.step, spacing * scales.time_unit)
             )
             encoders = np.full(2, noise[0])
-            states = [each.states(model, values, []) for each in swings]
+            states = [each.states(model) for each in swings]
             return Recorded(swings, encoders, scales.encoder_steps, scales.time_unit), states
 
         fit = most_likely(model, values, recorded)
         inertia = 1.0 / model.inverse_inertia(fit.values)
-        return cls(tuple(trials), fit, Knowledge.of(fit, fit.values, fit.covariance, inertia, scales))
+        return cls(tuple(trials), fit, Knowledge.of(fit, fit.values, fit.covariance, inertia))
 
     def with_one_more(self, trial: Trial) -> "Swings":
         """Return the swings with a further one."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cdp_ident.fit.force_balance import Pieces, balances_of
+from cdp_ident.fit.force_balance import Pieces, balance_of_forces
 from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.objective import SHORT_IGA, search_objective
@@ -78,7 +78,7 @@ def search_and_fit(problem: StartGiven, rng: np.random.Generator) -> Arrival:
 
 def balance_and_fit(problem: StartGiven) -> Arrival:
     """Fit from a balance of forces, which simulates nothing, as `search_and_fit` does from the search's best."""
-    balance, *_ = balances_of(Pieces.of([problem.trial], PRIOR.length, PRIOR.gravity))
+    balance = balance_of_forces(Pieces.of([problem.trial], PRIOR.length, PRIOR.gravity))
     return _fitted(problem, balance.groups, 0)
 
 
@@ -86,7 +86,7 @@ def _fitted(problem: StartGiven, groups: Array, evaluations: int) -> Arrival:
     unit = time_unit(PRIOR.length, PRIOR.gravity)
     nodes = Swing.of(problem.trial, 0, STEP, NEAR * unit)
     recorded = Recorded(tuple(nodes), np.full(2, NOISE), STEPS, unit)
-    states = [swing.states(MODEL, groups, []) for swing in nodes]
+    states = [swing.states(MODEL) for swing in nodes]
     noise = Noise.white(recorded.encoders, recorded.large_torque)
     found = GaussNewton(MODEL, groups, recorded, states, noise, CLOSE_ENOUGH).run(ENOUGH_STEPS).found()
     # Its start is known: the whole trial is one piece.

@@ -15,6 +15,7 @@ from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.likelihood.gauss_newton import GaussNewton
 from cdp_ident.likelihood.maxima import NEAR
 from cdp_ident.likelihood.noise import Noise
+from cdp_ident.likelihood.recorded import states_of
 from cdp_ident.likelihood.swing import Swing
 from cdp_ident.likelihood.whole_swing import Recorded, WholeSwings
 from cdp_ident.model.effects.catalogue import known_effects
@@ -66,16 +67,11 @@ def recorded(trials: Sequence[Trial], spacing: float = NEAR, steps: float = 0.0)
     return Recorded(tuple(swings), np.full(2, 3e-4), counts, UNIT)
 
 
-def states_of(of: Recorded, model: MotionModel = MODEL, values: Array = TRUE) -> list[Array]:
-    """Return states of each swing to begin with, as readings show them."""
-    return [swing.states(model, values, []) for swing in of.swings]
-
-
 def fitted(
     of: Recorded, model: MotionModel = MODEL, values: Array = TRUE, start: WholeSwings | None = None
 ) -> WholeSwings:
     """Return a model fitted to what was recorded, by default from readings and large torques."""
-    states = start.states if start else states_of(of, model, values)
+    states = start.states if start else states_of(of, model)
     noise = start.noise if start else Noise.white(of.encoders, of.large_torque)
     return GaussNewton(model, values, of, states, noise).run().found()
 

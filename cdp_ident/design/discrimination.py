@@ -21,7 +21,7 @@ from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.scales import ENOUGH
-from cdp_ident.fit.windows import Window, without_gaps
+from cdp_ident.fit.windows import without_gaps
 from cdp_ident.likelihood.noise import Noise
 from cdp_ident.likelihood.prior import known_before, typical
 from cdp_ident.likelihood.recorded import spread_evenly
@@ -58,13 +58,12 @@ class RecordedMotion:
     """How many readings of the next trial one of these stands for."""
 
     @classmethod
-    def of(cls, knowledge: Knowledge, trials: Sequence[Trial], windows: Sequence[Window]) -> "RecordedMotion":
+    def of(cls, knowledge: Knowledge, trials: Sequence[Trial]) -> "RecordedMotion":
         """Lay nodes along trials, or along pieces of them where there is more motion than effects are looked for in.
 
         Args:
             knowledge: gives the model and its values.
             trials: what was measured.
-            windows: of these, with the initial states from which the model follows them.
         """
         sampling, unit = knowledge.sampling, time_unit(*knowledge.model.constants(knowledge.values))
         stretches = [(index, *bounds) for index, trial in enumerate(trials) for bounds in without_gaps(trial.time)]
@@ -81,7 +80,7 @@ class RecordedMotion:
             for those in (chosen, stretches)
         )
         averaged = np.median(np.concatenate([np.diff(swing.time) for swing in swings])) / sampling.interval
-        states = tuple(swing.states(knowledge.model, knowledge.values, windows) for swing in swings)
+        states = tuple(swing.states(knowledge.model) for swing in swings)
         return cls(swings, states, shown / whole, float(averaged))
 
     def noises(self, noises: Sequence[Noise]) -> list[Noise]:

@@ -10,7 +10,6 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.scales import Scales
 from cdp_ident.likelihood.noise import Noise
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.parameters import INVERSE_INERTIA
@@ -34,8 +33,6 @@ class Sampling:
     """Between samples [s]."""
     spacing: float
     """Of the nodes [s]."""
-    half_width: float
-    """Of the local cubics that estimate initial states [s]."""
     step: float
     """Of the integrator [s]."""
     steps: Array
@@ -57,7 +54,7 @@ class Knowledge:
     sampling: Sampling
 
     @classmethod
-    def of(cls, whole: WholeSwings, values: Array, covariance: Array, inertia: float, scales: Scales) -> "Knowledge":
+    def of(cls, whole: WholeSwings, values: Array, covariance: Array, inertia: float) -> "Knowledge":
         """Take it from the fit of a model.
 
         Args:
@@ -65,7 +62,6 @@ class Knowledge:
             values: (unknowns,) its values.
             covariance: (unknowns, unknowns) of these.
             inertia: A22 [kg m^2], as good as it is known where no trial shows it.
-            scales: of the rig.
         """
         swings, ends = whole.recorded.swings, dict[int, float]()
         for swing in swings:
@@ -74,7 +70,6 @@ class Knowledge:
             duration=float(np.median(list(ends.values()))),
             interval=float(np.median(np.concatenate([np.diff(swing.time) for swing in swings]))),
             spacing=swings[0].spacing,
-            half_width=scales.half_width,
             step=swings[0].grids[0].step,
             steps=whole.recorded.steps,
         )

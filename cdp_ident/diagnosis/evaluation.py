@@ -8,12 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from cdp_ident.diagnosis.warnings import FAR_OFF
 from cdp_ident.errors import FitFailedError, IdentificationError
 from cdp_ident.fit.data import Data
 from cdp_ident.fit.initial_states import Fit, fit_initial_states
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.share import share_of
-from cdp_ident.fit.windows import Window, as_one_window, beginning_of
+from cdp_ident.fit.windows import Window, beginning_of, cut_at
 from cdp_ident.machine.parallel import parallel_map
 from cdp_ident.trial.trial import Trial
 
@@ -23,8 +24,6 @@ _LOST = 0.2
 """An error of the angles, as a share of their scatter, beyond which a simulation no longer follows the motion."""
 _MOST_LOST = 0.25
 """Share of the windows in which the simulation may fail to follow the motion: an event affects only a few."""
-_NOISE = 2.0
-"""An error below so many times the noise is none of the simulation's, however small the motion is."""
 
 
 @dataclass(frozen=True)
@@ -122,7 +121,8 @@ def free_run(model: MotionModel, values: Array, trial: Trial, index: int, durati
         duration: length of the beginning to which the initial state is fitted [s].
     """
     start = start_of(model, values, trial, index, duration)
-    return model.predict(values, start, as_one_window(trial, index))
+    (whole,) = cut_at(trial, index, [0, len(trial.time)])
+    return model.predict(values, start, whole)
 
 
 def start_of(model: MotionModel, values: Array, trial: Trial, index: int, duration: float) -> Array:
@@ -151,7 +151,8 @@ def refuse_a_failed_fit(fits: Sequence[Fit], noise: float) -> None:
         noise: root mean square of what the encoders add to both angles [rad].
     """
     scatter = np.sqrt(np.mean([np.var(window.theta, axis=0).mean() for fit in fits for window in fit.windows]))
-    limit = max(_LOST * min(float(scatter), 1.0), _NOISE * noise)
+    # However small the motion is, an error that is not far above the noise is none of the simulation's.
+    limit = max(_LOST * min(float(scatter), 1.0), FAR_OFF * noise)
     for fit, which in zip(fits, ("fitted", "predicted"), strict=True):
         # An encoder that is off by the same all the time shows no other motion: the scatter is about the mean, too.
         errors = [float(np.sqrt(np.var(error, axis=0).mean())) for error in fit.errors]

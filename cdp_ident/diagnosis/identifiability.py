@@ -16,19 +16,13 @@ import numpy.typing as npt
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.diagnosis.inertia import GUESSED, Inertia
 from cdp_ident.fit.initial_states import Fit
-from cdp_ident.fit.physical import logarithmic_derivatives
+from cdp_ident.fit.physical import CONFIDENCE, is_determined, logarithmic_derivatives
 from cdp_ident.model.parameters import GROUPS, INVERSE_INERTIA, SYMBOLS
 
 Array = npt.NDArray[np.float64]
 
-CONFIDENCE = 1.96
-"""Half width of a 95 % interval, in standard deviations."""
-_WIDEST = 0.5
-"""Half width of the interval, as a share of the value, from which on a value counts as not determined."""
 _UNOBSERVABLE = 1e-6
 """Singular value, as a share of the largest, below which a combination of unknowns counts as unobservable."""
-_AS_LARGE = 0.999
-"""Components whose ratio is above this are equal but for rounding."""
 _RANK_TOLERANCE = 1e-3
 """A relative change of values that changes the base parameters by less than this share of it counts as changing
 nothing."""
@@ -133,11 +127,6 @@ def identifiability(found: Identification) -> Identifiability:
     return Identifiability(**{**vars(result), "words": tuple(words)})
 
 
-def is_determined(value: float, std: float) -> bool:
-    """Return whether the 95 % interval of a value stays within half the value to either side."""
-    return bool(CONFIDENCE * std < _WIDEST * abs(value))
-
-
 def _directions(fit: Fit, triangle: Array) -> tuple[tuple[Direction, ...], tuple[Tradeoff, ...]]:
     """Part the unknowns that are not zero into combinations, by the singular values of their scaled information."""
     shown = np.flatnonzero(fit.model.of_rig & ~fit.model.of_curves & (fit.values != 0.0))
@@ -155,7 +144,7 @@ def _directions(fit: Fit, triangle: Array) -> tuple[tuple[Direction, ...], tuple
 def _largest(vector: Array) -> float:
     """Return the largest component of a vector, the first of those that are so by rounding alone."""
     sizes = np.abs(vector)
-    return float(vector[np.argmax(sizes > _AS_LARGE * sizes.max())])
+    return float(vector[np.argmax(sizes > (1.0 - _RANK_TOLERANCE) * sizes.max())])
 
 
 def _tradeoffs(columns: Mapping[str, Array]) -> Iterator[Tradeoff]:

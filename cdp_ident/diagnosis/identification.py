@@ -12,7 +12,6 @@ from cdp_ident.diagnosis.inertia import Inertia
 from cdp_ident.diagnosis.repeatability import Repeatability, repeatability
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.data import Data
-from cdp_ident.fit.force_balance import ForceBalance
 from cdp_ident.fit.initial_states import Fit
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.physical import PhysicalValues, nearest_physical_values
@@ -30,8 +29,6 @@ class Identification:
 
     options: IdentifyOptions
     data: Data
-    balances: tuple[ForceBalance, ...]
-    """Balances of forces of the trials, the most likely first; none where there is too little motion."""
     search: SearchResult
     """The paper's search, from whose best chromosome the fit begins."""
     whole: WholeSwings
@@ -53,7 +50,6 @@ class Identification:
         cls,
         options: IdentifyOptions,
         data: Data,
-        balances: tuple[ForceBalance, ...],
         search: SearchResult,
         whole: WholeSwings,
         fit: Fit,
@@ -69,7 +65,6 @@ class Identification:
         return cls(
             options=options,
             data=data,
-            balances=balances,
             search=search,
             whole=whole,
             fit=fit,

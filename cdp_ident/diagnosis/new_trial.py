@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.diagnosis.warnings import FitWarning
+from cdp_ident.diagnosis.warnings import FAR_OFF, MOST_NAMED, FitWarning
 from cdp_ident.fit.data import Data
 from cdp_ident.fit.initial_states import fit_initial_states
 from cdp_ident.fit.motion_model import MotionModel
@@ -22,11 +22,6 @@ Array = npt.NDArray[np.float64]
 
 _NO_LONGER = 1.5
 """A new trial no longer fits if its error is so many times that on held-out motion."""
-_CLEARLY = 4.0
-"""A value that differs by so many standard deviations has changed."""
-_MOST_NAMED = 3
-_NO_TRIAL = -1
-"""Number of a trial that no effect of an instant belongs to."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +66,7 @@ class NewTrialCheck:
         numbers = f"{1e3 * self.rmse:.3g} mrad, where held-out motion had {1e3 * self.expected_rmse:.3g} mrad"
         if self.fits:
             return f"{self.trial}, before it was seen: {numbers}"
-        alone = "; ".join(changed.words for changed in self.changed[:_MOST_NAMED])
+        alone = "; ".join(changed.words for changed in self.changed[:MOST_NAMED])
         changes = f"; alone it gives {alone}" if alone else ""
         return (
             f"{self.trial} no longer fits: {numbers}{changes}; has friction changed, or something come loose? "
@@ -99,13 +94,14 @@ def check_new_trial(
     Raises:
         IdentificationError: the trial is too short for a single window, or has no motion that can be computed.
     """
-    windows = [replace(w, trial=_NO_TRIAL) for w in cut_into_windows([trial], min(data.window, trial.duration))]
+    number = len(data.trials)  # no effect of an instant is of it
+    windows = [replace(w, trial=number) for w in cut_into_windows([trial], min(data.window, trial.duration))]
     # A single trial does not determine A22; nor do trials that all had the same weights.
     known, remain = model.with_inertia_known(values)
     model, values, spread = known, values[remain], spread[np.ix_(remain, remain)]
     held = fit_initial_states(model, values, windows)
-    recorded = one_recorded(data, trial, _NO_TRIAL, NEAR)
-    states = states_of(recorded, held.model, held.values, held.windows)
+    recorded = one_recorded(data, trial, number, NEAR)
+    states = states_of(recorded, held.model)
     noise = Noise.white(recorded.encoders, recorded.large_torque)
     alone = GaussNewton(held.model, held.values, recorded, states, noise).run().found()
     # Zeros of a trial are not the rig's, and coefficients of curves have no meaning one by one.
@@ -118,6 +114,6 @@ def check_new_trial(
     changed = [
         Changed(str(names[k]), float(before[k]), float(now[k]), float(abs(deviations[k])))
         for k in np.argsort(-np.abs(deviations), kind="stable")
-        if abs(deviations[k]) > _CLEARLY
+        if abs(deviations[k]) > FAR_OFF
     ]
     return NewTrialCheck(trial.name, held.rmse(), expected, tuple(changed))

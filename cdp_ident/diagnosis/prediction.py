@@ -29,8 +29,6 @@ _FITTED = 5.0
 """Time units before a start to which its state is fitted: a second on the paper's rig, a swing of the outer rod."""
 _HORIZON = 50.0
 """Time units ahead, at most; and half of the longest stretch of motion."""
-_APART = 1.0
-"""Time units from one start to the next, at least."""
 _MOST_STARTS = 60
 
 
@@ -111,7 +109,7 @@ def _spacing(trial: Trial) -> float:
 def _starts(data: Data, index: int, first: int, last: int, fitted_span: float, horizon: float) -> Iterator[Start]:
     time = data.trials[index].time[first:last]
     room = float(time[-1] - time[0]) - fitted_span - horizon
-    count = int(room / (_APART * data.scales.time_unit)) + 1 if room >= 0.0 else 0
+    count = int(room / data.scales.time_unit) + 1 if room >= 0.0 else 0
     for at in time[0] + fitted_span + np.linspace(0.0, max(room, 0.0), count):
         begin, now, end = (int(place) for place in np.searchsorted(time, [at - fitted_span, at, at + horizon]))
         if now - begin >= FEWEST_SAMPLES and now < len(time):
@@ -126,10 +124,8 @@ def predicted(final: Fit, data: Data, plan: Plan) -> Prediction | None:
         data: the trials.
         plan: where predictions begin.
     """
-    scales = data.scales
-    seen = [
-        cut_at(data.trials[s.trial], s.trial, [s.first, s.at], scales.step, scales.half_width)[0] for s in plan.starts
-    ]
+    step = data.scales.step
+    seen = [cut_at(data.trials[s.trial], s.trial, [s.first, s.at], step)[0] for s in plan.starts]
     if not seen:
         return None
     try:
@@ -140,7 +136,7 @@ def predicted(final: Fit, data: Data, plan: Plan) -> Prediction | None:
     grown, lasted = [], []
     for start, window in zip(plan.starts, fitted.windows, strict=True):
         trial = data.trials[start.trial]
-        whole = cut_at(trial, start.trial, [start.first, start.end], scales.step, scales.half_width)[0]
+        whole = cut_at(trial, start.trial, [start.first, start.end], step)[0]
         theta = fitted.model.predict(fitted.values, window.start, whole)
         ahead = slice(start.at - start.first - 1, None)
         error = np.max(np.abs(whole.theta - theta)[ahead], axis=1)

@@ -16,15 +16,10 @@ from cdp_ident.trial.trial import Trial
 
 _EDGE = 0.01
 """A value within this share of its search range from a limit is at its edge."""
-_FEWEST_WINDOWS = 3
-"""With fewer windows none fits worse than the others."""
-_WORSE = 3.0
-"""A window whose error is so many times the median of the windows fits far worse."""
-_ABOVE_NOISE = 3.0
-"""An error of so many times the noise means that something is missing in the model."""
-_OFF = 3.0
-"""What was measured beforehand is wrong where the motion shows it so many standard deviations off."""
-_MOST_NAMED = 4
+FAR_OFF = 3.0
+"""A value is wrong that is so many standard deviations off; an error is far too large that is so many times the noise,
+or the median of the windows."""
+MOST_NAMED = 4
 _DAMAGED = 0.02
 """A larger share of outliers means that a part is broken; of more than a few per cent, some are not found."""
 
@@ -99,7 +94,7 @@ def _constants(found: Identification) -> Iterator[FitWarning]:
         value, std = found.length_by_motion
         seen["L"] = value, model.mechanism.length, std
     for name, (value, given, std) in seen.items():
-        if name in units and (off := abs(value - given) / std) > _OFF:
+        if name in units and (off := abs(value - given) / std) > FAR_OFF:
             where = f"{off:.1f} standard deviations from the {given:g} {units[name]} that were given"
             words = f"by the motion {name} is {value:.5g} {units[name]}, {where}: measure it again"
             yield FitWarning("constant_off", (name,), words)
@@ -111,7 +106,7 @@ def _weights(found: Identification) -> Iterator[FitWarning]:
         for weight in trial.weights:
             actual = weight.with_errors(dict(zip(found.fit.model.weight_errors, errors.tolist(), strict=True)))
             off = (actual.place - weight.place) / weight.place_std if weight.place_std else 0.0
-            if abs(off) > _OFF:
+            if abs(off) > FAR_OFF:
                 yield FitWarning(
                     "weight_off",
                     (trial.name,),
@@ -156,7 +151,7 @@ def _differences(found: Identification) -> Iterator[FitWarning]:
 def _above_noise(found: Identification) -> Iterator[FitWarning]:
     noise = found.data.noise_level
     error = found.fit.rmse()
-    if error > _ABOVE_NOISE * noise:
+    if error > FAR_OFF * noise:
         yield FitWarning(
             "error_above_noise",
             (),
@@ -187,10 +182,8 @@ def _disagreement(found: Identification) -> Iterator[FitWarning]:
 def _windows(found: Identification) -> Iterator[FitWarning]:
     errors = np.array([np.sqrt(np.mean(error**2)) for error in found.fit.errors])
     usual = float(np.median(errors))
-    if len(errors) < _FEWEST_WINDOWS:
-        return
-    for place in np.argsort(-errors, kind="stable")[:_MOST_NAMED]:
-        if not errors[place] >= _WORSE * usual > 0.0:
+    for place in np.argsort(-errors, kind="stable")[:MOST_NAMED]:
+        if not errors[place] >= FAR_OFF * usual > 0.0:
             return
         window = found.fit.windows[place]
         trial = found.data.trials[window.trial]

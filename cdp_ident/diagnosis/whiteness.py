@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+from scipy.fft import irfft, next_fast_len, rfft
 from scipy.special import ndtri
 
-from cdp_ident.fit.autocorrelation import autocovariance
 from cdp_ident.fit.initial_states import Fit
 
 Array = npt.NDArray[np.float64]
@@ -66,42 +66,51 @@ class Whiteness:
     @classmethod
     def of(cls, fit: Fit) -> "Whiteness":
         """Take it from the residuals of all windows together."""
-        residuals = list(fit.errors)
-        auto = autocovariance(residuals)
-        lags = min(MOST_LAGS, len(auto) - 1)
-        angles = [[residual[:, [column]] for residual in residuals] for column in range(2)]
-        theta1, theta2 = (_itself(auto[:, column], lags, sum(map(len, residuals))) for column in range(2))
-        crosswise = _between(angles[0], angles[1], lags, zero_counts=False)
-        pushed = [window.cart_acceleration[:, None] for window in fit.windows]
+        theta1, theta2 = ([error[:, column] for error in fit.errors] for column in range(2))
+        pushed = [window.cart_acceleration for window in fit.windows]
         moves = any(np.any(u) for u in pushed)
-        cart = (_between(pushed, angles[0], lags), _between(pushed, angles[1], lags)) if moves else None
+        cart = (_between(pushed, theta1), _between(pushed, theta2)) if moves else None
         interval = float(np.median(np.concatenate([np.diff(window.time) for window in fit.windows])))
-        return cls(interval, theta1, theta2, crosswise, cart)
+        return cls(interval, _itself(theta1), _itself(theta2), _between(theta1, theta2, zero_counts=False), cart)
 
 
-def _itself(auto: Array, lags: int, samples: int) -> Correlations:
-    values = auto[: lags + 1] / max(float(auto[0]), np.finfo(float).tiny)
-    return Correlations(values, _deviations(lags) / np.sqrt(samples), np.arange(lags + 1) > 0)
+def _covariance(first: Sequence[Array], second: Sequence[Array]) -> tuple[Array, int]:
+    """Return the sums of products of one series with another so many samples later, and where those of lag 0 are.
+
+    Both are (n,) in each window. Lags go up to a quarter of the longest window, either way.
+    """
+    most = max(map(len, first)) // 4
+    total = np.zeros(2 * most + 1)
+    for one, other in zip(first, second, strict=True):
+        padded = next_fast_len(len(one) + most)
+        products = irfft(np.conj(rfft(one, padded)) * rfft(other, padded), padded)
+        total += products[np.arange(-most, most + 1)]
+    return total, most
 
 
-def _between(first: Sequence[Array], second: Sequence[Array], lags: int, zero_counts: bool = True) -> Correlations:
-    """Return how one series is correlated with another so many samples later, both (n, 1) in each window.
+def _itself(series: Sequence[Array]) -> Correlations:
+    products, zero = _covariance(series, series)
+    lags = min(MOST_LAGS, zero)
+    values = products[zero : zero + lags + 1] / max(float(products[zero]), np.finfo(float).tiny)
+    return Correlations(values, _deviations(lags) / np.sqrt(sum(map(len, series))), np.arange(lags + 1) > 0)
+
+
+def _between(first: Sequence[Array], second: Sequence[Array], zero_counts: bool = True) -> Correlations:
+    """Return how one series is correlated with another so many samples later.
 
     The bound is of Bartlett's formula for two unrelated series, each with its own autocorrelation (J. R. Stat. Soc.
     Suppl. 8, 1946).
     """
-    total = np.zeros(2 * lags + 1)
-    for a, b in zip(first, second, strict=True):
-        products = np.correlate(b[:, 0], a[:, 0], mode="full")  # of lags -(n - 1) to n - 1
-        shared = min(lags, len(a) - 1)
-        total[lags - shared : lags + shared + 1] += products[len(a) - 1 - shared : len(a) + shared]
-    own, other = autocovariance(list(first))[:, 0], autocovariance(list(second))[:, 0]
-    size = max(float(np.sqrt(own[0] * other[0])), np.finfo(float).tiny)
-    spread = 1.0 + 2.0 * float(own[1:] @ other[1:]) / size**2
+    (products, zero), (own, _), (other, _) = (
+        _covariance(*pair) for pair in ((first, second), (first, first), (second, second))
+    )
+    size = max(float(np.sqrt(own[zero] * other[zero])), np.finfo(float).tiny)
+    spread = 1.0 + 2.0 * float(own[zero + 1 :] @ other[zero + 1 :]) / size**2
+    lags = min(MOST_LAGS, zero)
     places = np.arange(-lags, lags + 1)
     counted = np.full(len(places), True) if zero_counts else places != 0
     bound = _deviations(int(counted.sum())) * np.sqrt(max(spread, 1.0) / sum(map(len, first)))
-    return Correlations(total / size, float(bound), counted)
+    return Correlations(products[zero + places] / size, float(bound), counted)
 
 
 def _deviations(count: int) -> float:

@@ -52,7 +52,7 @@ class Data:
             samples = len(window.theta)
             count = max(1, min(math.ceil(window.duration / longest), samples // FEWEST_SAMPLES))
             bounds = [window.first + samples * part // count for part in range(count + 1)]
-            return _cut(self.trials[window.trial], window.trial, bounds, self.scales)
+            return cut_at(self.trials[window.trial], window.trial, bounds, self.scales.step)
 
         fit, holdout = (tuple(piece for window in of for piece in pieces(window)) for of in (self.fit, self.holdout))
         return replace(self, fit=fit, holdout=holdout, window=_typical((*fit, *holdout)))
@@ -102,27 +102,17 @@ def prepare(parted: Sequence[PartedTrial], window: float, scales: Scales, noise:
         IdentificationError: the trials are too short.
     """
     total = sum(_duration(trial.shown) for trial in parted if trial.is_fitted)
-    least = _FEWEST_WINDOWS * scales.shortest_piece
-    if total < least:
-        raise IdentificationError(
-            f"the trials hold {total:.2g} s of motion to fit; with this rig's L and sampling at least {least:.2g} s "
-            "are needed"
-        )
     fit: list[Window] = []
     holdout: list[Window] = []
     for index, trial in enumerate(parted):
         for stretch, (first, last) in enumerate(trial.trial.bounds):
             bounds = evenly(trial.trial, first, last, min(total / _FEWEST_WINDOWS, window))
-            windows = _cut(trial.trial, index, bounds, scales)
+            windows = cut_at(trial.trial, index, bounds, scales.step)
             (holdout if stretch in trial.held_out else fit).extend(windows)
     if len(fit) < 2 or not holdout:
         raise IdentificationError("the trials have too few samples to fit and to evaluate the fit: record longer ones")
     trials, measured = (tuple(of) for of in zip(*((part.trial, part.measured) for part in parted), strict=True))
     return Data(trials, measured, tuple(fit), tuple(holdout), noise, _typical((*fit, *holdout)), scales)
-
-
-def _cut(trial: Trial, index: int, bounds: Sequence[int], scales: Scales) -> list[Window]:
-    return cut_at(trial, index, bounds, scales.step, scales.half_width)
 
 
 def _typical(windows: Sequence[Window]) -> float:

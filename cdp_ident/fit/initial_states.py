@@ -18,26 +18,22 @@ import numpy.typing as npt
 
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.windows import Window
+from cdp_ident.fit.windows import NEAR_STEPS, Window
 from cdp_ident.machine.parallel import parallel_map
 from cdp_ident.trial.differences import MEDIAN_OF_SIZE
 
 Array = npt.NDArray[np.float64]
 
 OUTLIER = 6.0
-"""Residuals beyond so many robust standard deviations of a window's lose weight (Huber, Robust Statistics, 1981)."""
-_PIECE = 20
-"""Steps of the integrator in a piece of a window: half a time unit of the rig. With half or twice as many, errors
-are the same; with four times as many, two of some 2000 windows were lost."""
-_CHANGES_NOTHING = 1e-6
-"""Steps end where one changes residuals by less than this share of their squares."""
+"""Residuals beyond so many robust standard deviations lose weight (Huber, Robust Statistics, 1981)."""
+_NOTHING = 1e-6
+"""Steps end where one changes residuals by less than this share of their squares. A direction of the initial state that
+moves the angles by less than this share of what another one does is left as the samples show it: a joint that stops at
+once hides the speed that it begins with."""
 _MOST_STEPS = 12
 """Steps of a window: three or four do, unless joints that stick make them go to and fro."""
 _SHARES = 0.25 ** np.arange(6)
 """Shares of a step that are tried where whole steps do not end."""
-_UNSEEN = 1e-6
-"""A direction of the initial state that moves the angles by less than this share of what another one does is left as
-the samples show it: a joint that stops at once hides the speed that it begins with."""
 _PASSES = 3
 """How often zeros of encoders and initial states are fitted in turn."""
 
@@ -117,7 +113,7 @@ class _Shooting:
         Raises:
             IdentificationError: no motion can be computed.
         """
-        pieces = self.window.pieces(_PIECE)
+        pieces = self.window.pieces(2 * NEAR_STEPS)
         starts = np.array([self.model.initial_state(piece.start) for piece in pieces])
         begins, is_small = [starts[0]], False
         while not is_small and len(begins) <= _MOST_STEPS:
@@ -130,7 +126,7 @@ class _Shooting:
         for _ in range(0 if is_small else _MOST_STEPS):
             change, is_small = self._step([self.window], best.start[None])
             before, best = best, self._best_of([best.start, *(best.start + _SHARES[:, None] * change)])
-            if is_small or not best.cost < (1.0 - _CHANGES_NOTHING) * before.cost:
+            if is_small or not best.cost < (1.0 - _NOTHING) * before.cost:
                 break
         if not np.isfinite(best.cost):
             raise IdentificationError("the model's motion cannot be computed from the parameters to begin with")
@@ -165,10 +161,10 @@ class _Shooting:
         rows = [slopes[own] @ by for own, by in zip(samples, by_first, strict=True)]
         right = [residuals[own] - slopes[own] @ by for own, by in zip(samples, joined, strict=True)]
         by_start, target = np.concatenate(rows).reshape(-1, starts.shape[1]), np.concatenate(right).ravel()
-        first = np.linalg.lstsq(by_start, target, rcond=_UNSEEN)[0]
+        first = np.linalg.lstsq(by_start, target, rcond=_NOTHING)[0]
         change = np.array(by_first) @ first + joined
         changed = sum(float(np.sum((slopes[own] @ of) ** 2)) for own, of in zip(samples, change, strict=True))
-        return change, changed <= _CHANGES_NOTHING * float(np.sum((target - by_start @ first) ** 2))
+        return change, changed <= _NOTHING * float(np.sum((target - by_start @ first) ** 2))
 
 
 def _with_zeros(found: Fit, trials: Sequence[int]) -> Array:

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.mechanism import Mechanism
+from cdp_ident.fit.prior import FARTHEST
 from cdp_ident.fit.weighted import Layout, Weighted
 from cdp_ident.model.effects.effect import JOINTS, EffectParameter
 from cdp_ident.model.effects.motors import MOTORS
@@ -23,8 +24,6 @@ Model = TypeVar("Model", bound="ModelUnknowns")
 
 TORQUE_STD = 0.05
 """Relative standard deviation of a torque constant, where nothing else is known."""
-_LARGEST_ERROR = 20.0
-"""No weight is further off than so many standard deviations."""
 _LARGEST_ZERO = 0.5
 """No encoder's zero is off by more than this in a trial [rad]."""
 
@@ -122,7 +121,7 @@ class ModelUnknowns:
         parameters = [p for active in self.effects for p in active.fitted]
         lower = np.concatenate([np.zeros(base), -zeros, [p.lower for p in parameters]])
         upper = np.concatenate([np.full(base, np.inf), zeros, [p.upper for p in parameters]])
-        lower[self.of_weights], upper[self.of_weights] = -_LARGEST_ERROR, _LARGEST_ERROR
+        lower[self.of_weights], upper[self.of_weights] = -FARTHEST, FARTHEST
         lower[self.places_of_motors] = [parameter.lower for parameter in self.of_motors]
         upper[self.places_of_motors] = [parameter.upper for parameter in self.of_motors]
         return lower, upper
@@ -143,14 +142,6 @@ class ModelUnknowns:
         constants = [length or value if name == "L" else value for name, (value, _) in self._constants.items()]
         inverse = [1.0 / (inertia or self.mechanism.inertia)] * self.inertia_free
         return np.concatenate([groups, constants, inverse, np.zeros(len(self.of_motors) + len(self.weight_errors))])
-
-    def with_base_parameters(self, values: Array, groups: Array, inertia: float | None) -> Array:
-        """Return values (unknowns,) with other base parameters (5,) and, where it is given, another A22 [kg m^2]."""
-        values = values.copy()
-        values[: len(GROUPS)] = groups
-        if self.inertia_free and inertia:
-            values[self.base_names.index(INVERSE_INERTIA.symbol)] = 1.0 / inertia
-        return values
 
     def with_effect(self: Model, effect: ActiveEffect) -> Model:
         """Return this model with one effect more, whose unknowns come last."""

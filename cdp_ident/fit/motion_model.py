@@ -20,9 +20,6 @@ from cdp_ident.model.parameters import COEFFICIENTS, GROUPS, INVERSE_INERTIA, co
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 
-LATEST = 0.05
-"""No encoder is later or earlier than this [s]."""
-
 
 @dataclass(frozen=True)
 class MotionModel(ModelUnknowns):
@@ -86,11 +83,6 @@ class MotionModel(ModelUnknowns):
         """Return which unknown each direction of derivatives in a trial is, after those by the initial state."""
         return self._in_trial(trial)[2][self.states :] - self.states
 
-    def states_in(self, values: Array, window: Window, times: Array) -> Array:
-        """Return the states (k, states) in a window at times (k,) since its beginning [s]."""
-        at_times = replace(window, grid=replace(window.grid, place=times / window.grid.step))
-        return self.motions_in(values, [window.start], [at_times], shown=False).states
-
     def predict(self, values: Array, start: Array, window: Window) -> Array:
         """Return the angles (n, 2) that the encoders show in a window [rad].
 
@@ -102,12 +94,7 @@ class MotionModel(ModelUnknowns):
         return self.motions_in(values, [start], [window]).readings
 
     def motions_in(
-        self,
-        values: Array,
-        starts: Sequence[Array] | Array,
-        windows: Sequence[Window],
-        derive: bool = False,
-        shown: bool = True,
+        self, values: Array, starts: Sequence[Array] | Array, windows: Sequence[Window], derive: bool = False
     ) -> Motions:
         """Return the motions in windows of one trial from their initial states, their samples end to end.
 
@@ -116,7 +103,6 @@ class MotionModel(ModelUnknowns):
             starts: (states,) at each window's beginning.
             windows: give the trial and the times.
             derive: whether derivatives by these states are wanted.
-            shown: whether theta1 and theta2 are, as the encoders show them [rad], or else the states.
         """
         trial = windows[0].trial
         weighted = self.with_weights(values, windows[0].weights)
@@ -130,7 +116,6 @@ class MotionModel(ModelUnknowns):
                 for start, window in zip(starts, windows, strict=True)
             ],
             derive,
-            shown,
         )
         place = self.zero_places(trial)
         of_zeros = self.by_zeros @ values[place] if place.start < place.stop else 0.0

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import minimize
 
-from cdp_ident.fit.prior import KNOWN_RELATIVE_STD, Prior
+from cdp_ident.fit.prior import FARTHEST, KNOWN_RELATIVE_STD, Prior
 from cdp_ident.model.acting import outer_rod_length
 from cdp_ident.model.parameters import GROUPS, SYMBOLS, groups_of, inertia_about_cart
 
@@ -23,14 +23,12 @@ Array = npt.NDArray[np.float64]
 _FRICTIONS = np.array([symbol in ("c1", "c2") for symbol in SYMBOLS])
 _FRICTION_GROUPS = np.array([group.symbol.startswith("c") for group in GROUPS])
 _PLACES = {symbol: place for place, symbol in enumerate(SYMBOLS)}
-_FARTHEST = 20.0
-"""No value lies further from what was known before than so many of its standard deviations."""
-_VAGUE = 100.0
-"""Standard deviation of a logarithm about which nothing is known."""
 _MET = 1e-6
 """A condition counts as met when the logarithms of what it compares differ by less."""
-_DETERMINED = 0.2
-"""Relative standard deviation below which the data, with what was measured, determine a value."""
+CONFIDENCE = 1.96
+"""Half width of a 95 % interval, in standard deviations."""
+_WIDEST = 0.5
+"""Half width of the interval, as a share of the value, from which on a value counts as not determined."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +47,11 @@ class PhysicalValues:
     """The same, were the outer rod's mass known."""
     possible: bool
     """Whether a mechanism with these base parameters was found; if not, the values are those known before."""
+
+
+def is_determined(value: float, std: float) -> bool:
+    """Return whether the 95 % interval of a value stays within half the value to either side."""
+    return bool(CONFIDENCE * std < _WIDEST * abs(value))
 
 
 def shown_by_trials(values: Array, length: float, with_inertia: bool) -> Array:
@@ -112,7 +115,7 @@ def nearest_physical_values(shown: Array, covariance: Array, prior: Prior, lengt
             np.zeros(count),
             jac=lambda z: 2 * z,
             method="SLSQP",
-            bounds=[(-_FARTHEST, _FARTHEST)] * count,
+            bounds=[(-FARTHEST, FARTHEST)] * count,
             constraints=[
                 {
                     "type": "eq",
@@ -159,7 +162,7 @@ def _uncertainty(
     derivatives = logarithmic_derivatives(values, length, len(shown) > len(GROUPS))[seen]
     relative = shown_covariance[np.ix_(seen, seen)] / np.outer(shown[seen], shown[seen])
     relative = np.where(np.isfinite(relative), relative, 0.0) + np.diag(
-        np.where(np.isfinite(np.diag(relative)), 0.0, _VAGUE**2)
+        np.where(np.isfinite(np.diag(relative)), 0.0, FARTHEST**2)
     )
 
     def posterior(spread: Array) -> Array:
@@ -169,12 +172,12 @@ def _uncertainty(
     def std_of(covariance: Array) -> Array:
         return np.sqrt(np.maximum(np.diag(covariance), 0.0))
 
-    without_nominal = np.where(prior.is_known, prior.relative_std, _VAGUE)
+    without_nominal = np.where(prior.is_known, prior.relative_std, FARTHEST)
     # A friction of zero has no logarithm: its deviation is that of its base parameter.
     inertia = values[~_FRICTIONS]
     covariance = posterior(prior.covariance)
     std = std_of(covariance) * values
-    determined = std_of(posterior(np.diag(without_nominal**2))) < _DETERMINED
+    determined = CONFIDENCE * std_of(posterior(np.diag(without_nominal**2))) < _WIDEST
     step = np.exp(1e-6 * np.eye(len(values)))
     by_values = np.log(inertia_about_cart(step * values, length) / inertia_about_cart(values, length)) / 1e-6
     with_inertia, rod = covariance @ by_values, _PLACES["m2"]

@@ -18,6 +18,9 @@ _RANGE_IN_DEVIATIONS = 4.0
 """A search range, from lower to upper limit, is taken for so many standard deviations of the nominal value."""
 _GUESSED_SCALE = np.log(3.0)
 """Standard deviation of the logarithm of one factor on all masses of which nothing but the paper's rig is known."""
+FARTHEST = 20.0
+"""No value, and no error of a weight, is further from what was known before than so many of its standard deviations;
+this is also the standard deviation of a logarithm of which nothing is known."""
 KNOWN_RELATIVE_STD = 0.01
 """Relative standard deviation of a known value for which none is given."""
 

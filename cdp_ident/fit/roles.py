@@ -16,8 +16,8 @@ from cdp_ident.trial.trial import Trial
 
 _PIECE = 8.0
 """Length of a stretch that is held out of a trial, in time units: some two windows of fast motion."""
-_CYCLE, _HELD_OUT = 6, 3
-"""Where no trials are held out, of every so many pieces of each trial the one with this index is."""
+_CYCLE = 6
+"""Where no trials are held out, the fourth of every so many pieces of each trial is, the first after half of them."""
 
 
 @dataclass(frozen=True)
@@ -62,10 +62,10 @@ def assign_roles(fit: Sequence[Trial], holdout: Sequence[Trial], time_unit: floa
 def _parted(trial: Trial, time_unit: float) -> PartedTrial:
     cycles = max(1, round(trial.duration / (_CYCLE * _PIECE * time_unit)))
     piece = trial.duration / (_CYCLE * cycles)
-    begins = trial.time[0] + piece * (_HELD_OUT + _CYCLE * np.arange(cycles))
+    begins = trial.time[0] + piece * (_CYCLE // 2 + _CYCLE * np.arange(cycles))
     edges = np.searchsorted(trial.time, np.concatenate([begins, begins + piece]))
     breaks = sorted({*trial.breaks, *(int(edge) for edge in edges)} - {0, len(trial.time)})
     parted = replace(trial, breaks=tuple(breaks))
     since = [(trial.time[first] - trial.time[0]) / piece for first, _ in parted.bounds]
-    held_out = frozenset(index for index, at in enumerate(since) if int(at) % _CYCLE == _HELD_OUT)
+    held_out = frozenset(index for index, at in enumerate(since) if int(at) % _CYCLE == _CYCLE // 2)
     return PartedTrial(parted, held_out, trial)

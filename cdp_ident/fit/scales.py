@@ -13,10 +13,10 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.errors import IdentificationError
-from cdp_ident.fit.noise import FEWEST, encoder_steps
-from cdp_ident.fit.thinning import LOST
-from cdp_ident.fit.windows import FEWEST_SAMPLES
-from cdp_ident.model.parameters import time_unit
+from cdp_ident.fit.noise import encoder_steps
+from cdp_ident.fit.windows import DEFAULT_WINDOW, FEWEST_SAMPLES
+from cdp_ident.model.parameters import NOMINAL, time_unit
+from cdp_ident.model.time_grid import DEFAULT_STEP
 from cdp_ident.trial.balance import motion_on_grid
 from cdp_ident.trial.scales import Scales as TrialScales
 from cdp_ident.trial.trial import Trial
@@ -24,32 +24,19 @@ from cdp_ident.trial.weak_form import Motion
 
 Array = npt.NDArray[np.float64]
 
-STEP = 0.02476
-"""Step of the integrator, in time units: the paper's 0.005 s (Section 4.2) for its L of 0.4 m."""
+_PAPER_S = time_unit(NOMINAL["L"], NOMINAL["g"])
+"""Time unit of the paper's rig [s]: its step of the integrator and windows of two small swings are so many units."""
 PACE = 2.5
 """Pace of the paper's motion (Table 3), times the time unit, rounded up: its rods go through the full circle. For a
 faster motion, steps are shorter by the same factor, since the error of a Runge-Kutta method depends on step times
 pace."""
-WINDOW = 12.38
-"""Length of a window, in time units: 2.5 s on the paper's rig, two small swings."""
-SHORTEST_PIECE = 0.5
-"""Shortest piece that is simulated from an initial state of its own, in time units: a tenth of a second on the paper's
-rig, just enough to estimate its velocities."""
-HALF_WIDTH = 0.5
-"""Half width of a local cubic, over the pace, and in time units at most: over more than a sixth of a small swing the
-motion is not cubic."""
-FEWEST_LOCAL = 3
-"""Samples on either side that a local cubic needs at least, to have more of them than coefficients."""
 SAMPLES_PER_UNIT = 40.0
 """Samples a time unit that a motion of the paper's pace needs; measured in benchmarks/scales.py: with fewer, fitted
-values scatter more than with all of them."""
-HIDDEN = 0.3
-"""Thinning may change an angle by at most this share of the noise."""
+values scatter more than with all of them. So many leave less than 0.1 microradian of error (`fit/thinning.py`)."""
 ENOUGH = 400.0
-"""Motion in which effects are looked for, where there is more, in time units: 81 s on the paper's rig. Benchmarks and
-examples of a minute are below it; of an hour it shows effects down to some seven times what the hour shows."""
-_STRETCH = 200.0
-"""Time units of a trial, where its motion is fastest, from which its pace is taken."""
+"""Motion in which effects are looked for, where there is more, and of each trial its pace, in time units: 81 s on the
+paper's rig. Benchmarks and examples of a minute are below it; of an hour it shows effects down to some seven times what
+the hour shows."""
 _LIVELY = 0.99
 """Quantile of speeds and accelerations that is their pace: the largest of a spline may be its error."""
 
@@ -60,16 +47,10 @@ class Scales:
 
     time_unit: float
     """sqrt(L / g) [s]."""
-    pace: float
-    """Pace of the fastest motion: the larger of its speed and the root of its acceleration [1/s]."""
     step: float
     """Of the integrator [s]."""
     window: float
     """Length of the windows over which predictions are judged [s]."""
-    shortest_piece: float
-    """Shortest piece that is simulated from an initial state of its own [s]."""
-    half_width: float
-    """Of local cubics, for angles and velocities at a time [s]."""
     together: int
     """How many samples are averaged into one."""
     encoder_steps: Array
@@ -86,37 +67,31 @@ class Scales:
         return np.pi * self.time_unit
 
 
-def scales_of(trials: Sequence[Trial], length: float, gravity: float, noise: Array) -> Scales:
+def scales_of(trials: Sequence[Trial], length: float, gravity: float) -> Scales:
     """Choose the scales for trials.
 
     Args:
         trials: what was measured.
         length: L [m].
         gravity: g [m/s^2].
-        noise: (2,) standard deviation of the noise of theta1 and theta2 [rad].
 
     Raises:
         IdentificationError: no trial has enough samples.
     """
-    unit = time_unit(length, gravity)
-    usable = [trial for trial in trials if len(trial.time) >= FEWEST and trial.duration > unit]
+    unit, fewest = time_unit(length, gravity), 2 * FEWEST_SAMPLES
+    usable = [trial for trial in trials if len(trial.time) >= fewest and trial.duration > unit]
     if not usable:
         raise IdentificationError(
-            f"no trial has {FEWEST} samples and lasts {unit:.2f} s, the time unit of a rig with L = {length:g} m"
+            f"no trial has {fewest} samples and lasts {unit:.2f} s, the time unit of a rig with L = {length:g} m"
         )
-    pace = max(_pace_of(_liveliest(trial, unit)) for trial in usable)
-    faster = max(1.0, pace * unit / PACE)
+    faster = max(1.0, max(_pace_of(_liveliest(trial, unit)) for trial in usable) * unit / PACE)
+    longer = unit / (_PAPER_S * faster)
     spacing = float(np.median(np.concatenate([np.diff(trial.time) for trial in usable])))
-    shortest = max(SHORTEST_PIECE * unit / faster, FEWEST_SAMPLES * spacing)
-    together = _together(spacing, float(np.min(noise)), unit, pace, faster)
     return Scales(
         time_unit=unit,
-        pace=pace,
-        step=STEP * unit / faster,
-        window=max(WINDOW * unit / faster, shortest),
-        shortest_piece=shortest,
-        half_width=max(HALF_WIDTH / max(pace, 1.0 / unit), FEWEST_LOCAL * spacing),
-        together=together,
+        step=DEFAULT_STEP * longer,
+        window=max(DEFAULT_WINDOW * longer, FEWEST_SAMPLES * spacing),
+        together=max(1, int(unit / (faster * SAMPLES_PER_UNIT * spacing))),
         encoder_steps=np.max([encoder_steps(trial) for trial in trials], axis=0),
     )
 
@@ -124,9 +99,9 @@ def scales_of(trials: Sequence[Trial], length: float, gravity: float, noise: Arr
 def _liveliest(trial: Trial, unit: float) -> Motion:
     """Return the motion of the stretch of a trial in which it is fastest, as far as it was recorded."""
     time, theta = trial.time, trial.theta
-    if trial.duration > _STRETCH * unit:
+    if trial.duration > ENOUGH * unit:
         moved = np.concatenate([[0.0], np.cumsum(np.sum(np.diff(theta, axis=0) ** 2, axis=1))])
-        last = np.minimum(np.searchsorted(time, time + _STRETCH * unit), len(time) - 1)
+        last = np.minimum(np.searchsorted(time, time + ENOUGH * unit), len(time) - 1)
         first = int(np.argmax(moved[last] - moved))
         part = slice(first, int(last[first]) + 1)
         time, theta = time[part], theta[part]
@@ -141,11 +116,3 @@ def _pace_of(motion: Motion) -> float:
     speeds = np.abs(motion.rates)
     accelerations = np.abs(np.gradient(motion.rates, motion.scales.spacing, axis=0))
     return float(max(np.quantile(speeds, _LIVELY), np.sqrt(np.quantile(accelerations, _LIVELY))))
-
-
-def _together(spacing: float, noise: float, unit: float, pace: float, faster: float) -> int:
-    """Return how many samples may be averaged into one."""
-    most = max(1, int(unit / (faster * SAMPLES_PER_UNIT * spacing)))
-    while most > 1 and LOST * (pace * most * spacing) ** 4 > HIDDEN * noise / np.sqrt(most):
-        most -= 1
-    return most

@@ -17,9 +17,6 @@ from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
 
-LOST = 3.0 / 640.0
-"""Error of thinning over the fourth power of the span and the motion's fourth derivative."""
-
 
 def thinned(trial: Trial, together: int) -> Trial:
     """Return a trial with so many samples averaged into one, fewer at its ends and at gaps; its notes say so."""

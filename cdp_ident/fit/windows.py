@@ -15,13 +15,17 @@ import numpy.typing as npt
 
 from cdp_ident.model.time_grid import DEFAULT_STEP, TimeGrid, interpolated
 from cdp_ident.model.weights import Weight
-from cdp_ident.trial.kinematics import HALF_WIDTH, local_motion
+from cdp_ident.trial.kinematics import local_motion
 from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
 
 DEFAULT_WINDOW = 2.5
 """Length of a window [s]."""
+NEAR_STEPS = 10
+"""Samples within so many steps of the integrator, 0.05 s of the paper's rig, show where a window or a piece begins; and
+pieces are twice as long, half a time unit. With half or twice as many steps in these errors are the same; with four
+times as many, two of some 2000 windows were lost."""
 _GAP = 2.0
 """Samples are missing where none comes for so many usual steps."""
 FEWEST_SAMPLES = 12
@@ -51,8 +55,6 @@ class Window:
     """(4,) state at time 0, estimated from the measured angles: theta1, theta2 [rad], omega1, omega2 [rad/s]."""
     drive: Array | None = None
     """(2 steps + 1, 2) motors' torques in both joints at the half steps [N m]; None where there are none."""
-    half_width: float = HALF_WIDTH
-    """Of the local cubics that estimate initial states [s]."""
     time_std: float = 0.0
     """Relative standard deviation of its trial's unit of time."""
     weights: tuple[Weight, ...] = ()
@@ -83,7 +85,7 @@ class Window:
         firsts = np.arange(0, self.grid.steps, steps)
         samples = [*self.grid.first_sample[firsts].tolist(), len(self.time)]
         since = np.asarray(firsts * self.grid.step, dtype=float)
-        angles, velocities = local_motion(self.time, self.theta, since, self.half_width)
+        angles, velocities = local_motion(self.time, self.theta, since, NEAR_STEPS * self.grid.step)
         pieces = []
         for k, (first, (begin, end)) in enumerate(zip(firsts.tolist(), pairwise(samples), strict=True)):
             last = min(first + steps, self.grid.steps)
@@ -104,20 +106,12 @@ class Window:
         return pieces
 
 
-def cut_into_windows(
-    trials: Sequence[Trial],
-    duration: float = DEFAULT_WINDOW,
-    step: float = DEFAULT_STEP,
-    half_width: float = HALF_WIDTH,
-) -> list[Window]:
-    """Cut trials into windows of about `duration` [s], equally long within a stretch of a trial, without overlap.
-
-    The integrator's step and the half width of the local cubics that estimate initial states are in seconds, too.
-    """
+def cut_into_windows(trials: Sequence[Trial], duration: float = DEFAULT_WINDOW) -> list[Window]:
+    """Cut trials into windows of about `duration` [s], equally long within a stretch of a trial, without overlap."""
     windows = []
     for index, trial in enumerate(trials):
         for first, last in trial.bounds:
-            windows += cut_at(trial, index, evenly(trial, first, last, duration), step, half_width)
+            windows += cut_at(trial, index, evenly(trial, first, last, duration))
     return windows
 
 
@@ -135,20 +129,13 @@ def evenly(trial: Trial, first: int, last: int, duration: float) -> list[int]:
     return [first, *(first + np.searchsorted(trial.time[first:last], places)).tolist(), last]
 
 
-def as_one_window(trial: Trial, index: int, step: float = DEFAULT_STEP, half_width: float = HALF_WIDTH) -> Window:
-    """Return a whole trial as one window."""
-    return cut_at(trial, index, [0, len(trial.time)], step, half_width)[0]
-
-
-def beginning_of(
-    trial: Trial, index: int, duration: float, step: float = DEFAULT_STEP, half_width: float = HALF_WIDTH
-) -> Window:
+def beginning_of(trial: Trial, index: int, duration: float, step: float = DEFAULT_STEP) -> Window:
     """Return the first `duration` [s] of a trial, or its first few samples where these last longer, as a window."""
     samples = int(np.searchsorted(trial.time, trial.time[0] + duration, side="right"))
-    return cut_at(trial, index, [0, max(samples, FEWEST_SAMPLES)], step, half_width)[0]
+    return cut_at(trial, index, [0, max(samples, FEWEST_SAMPLES)], step)[0]
 
 
-def cut_at(trial: Trial, index: int, bounds: Sequence[int], step: float, half_width: float) -> list[Window]:
+def cut_at(trial: Trial, index: int, bounds: Sequence[int], step: float = DEFAULT_STEP) -> list[Window]:
     """Cut a trial into windows at samples.
 
     Initial states are estimated from the samples of their own window alone, so that a window that is kept out of a fit
@@ -159,7 +146,6 @@ def cut_at(trial: Trial, index: int, bounds: Sequence[int], step: float, half_wi
         index: which trial it is.
         bounds: the first sample of each window, and the one after the last.
         step: of the integrator [s].
-        half_width: of the local cubics that estimate initial states [s].
     """
     windows = []
     acceleration = trial.cart_acceleration
@@ -171,7 +157,7 @@ def cut_at(trial: Trial, index: int, bounds: Sequence[int], step: float, half_wi
         grid = TimeGrid.over(time, step)
         half_steps = grid.half_step_times()
         u = np.zeros(len(half_steps)) if acceleration is None else np.interp(half_steps, time, acceleration[first:last])
-        angles, velocities = local_motion(time, theta, np.zeros(1), half_width)
+        angles, velocities = local_motion(time, theta, np.zeros(1), NEAR_STEPS * step)
         start = np.concatenate([angles[0], velocities[0]])
         begin = float(trial.time[first])
         time_std = trial.clock.std if trial.clock else 0.0
@@ -186,7 +172,6 @@ def cut_at(trial: Trial, index: int, bounds: Sequence[int], step: float, half_wi
                 u=u,
                 drive=grid.at_half_steps(time, None if trial.torques is None else trial.torques[first:last]),
                 start=start,
-                half_width=half_width,
                 time_std=time_std,
                 weights=trial.weights,
             )

@@ -11,7 +11,6 @@ import numpy.typing as npt
 from cdp_ident.fit.data import Data
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.share import share_of
-from cdp_ident.fit.windows import Window
 from cdp_ident.likelihood.swing import Swing
 from cdp_ident.likelihood.whole_swing import Recorded
 from cdp_ident.trial.trial import Trial
@@ -81,9 +80,9 @@ def spread_evenly(trials: Sequence[Trial], stretches: Sequence[Piece], enough: f
     return [pieces[place] for place in share_of([lasts(piece) for piece in pieces], enough)]
 
 
-def states_of(recorded: Recorded, model: MotionModel, values: Array, windows: Sequence[Window]) -> list[Array]:
+def states_of(recorded: Recorded, model: MotionModel) -> list[Array]:
     """Return states (nodes, states) of each swing to begin with; see `Swing.states`."""
-    return [swing.states(model, values, windows) for swing in recorded.swings]
+    return [swing.states(model) for swing in recorded.swings]
 
 
 def _swings(

@@ -11,11 +11,11 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.windows import Window
 from cdp_ident.model.layout import RODS_STATES
 from cdp_ident.model.motions import InitialValueProblem, motions
 from cdp_ident.model.time_grid import TimeGrid
 from cdp_ident.model.weights import Weight
+from cdp_ident.trial.differences import SAME
 from cdp_ident.trial.kinematics import local_motion
 from cdp_ident.trial.trial import Trial
 
@@ -24,8 +24,6 @@ Indices = npt.NDArray[np.int64]
 
 _READINGS = np.array([[1.0, 0.0], [-1.0, 1.0]])
 """What the inner and the outer encoder measure of theta1 and theta2."""
-_REPEATED = 1e-9
-"""Angles that differ by less are one reading [rad]."""
 
 
 class Linearised(NamedTuple):
@@ -133,8 +131,8 @@ class Swing:
         own = [state.start_std for active in model.effects for state in active.effect.law.states]
         return np.array([np.inf] * RODS_STATES + own + [self.time_std] * (self.time_std > 0.0))
 
-    def states(self, model: MotionModel, values: Array, windows: Sequence[Window]) -> Array:
-        """Return states (nodes, states) to begin with: of the windows' motion, and elsewhere of the readings alone.
+    def states(self, model: MotionModel) -> Array:
+        """Return states (nodes, states) to begin with, as the readings show them; what effects bring is zero.
 
         Where the trial's unit of time is uncertain, its relative error is one number more.
         """
@@ -142,14 +140,6 @@ class Swing:
         angles, speeds = local_motion(self.time, np.cumsum(self.readings, axis=1), np.minimum(nodes, self.time[-1]))
         states = np.zeros((len(nodes), model.states + (self.time_std > 0.0)))
         states[:, :RODS_STATES] = np.concatenate([angles, speeds], axis=1)
-        for window in windows:
-            since = self.begin + nodes - window.begin
-            inside = np.flatnonzero((since >= 0.0) & (since <= window.duration))
-            if window.trial == self.trial and len(inside):
-                followed = model.states_in(values, window, since[inside])
-                states[inside, : model.states] = np.where(
-                    np.isfinite(followed), followed, states[inside, : model.states]
-                )
         return states
 
     @property
@@ -231,7 +221,7 @@ def weights_of_runs(theta: Array) -> Array:
     """
     weight = np.ones(theta.shape)
     for of_encoder, reading in zip(weight.T, (theta @ _READINGS.T).T, strict=True):
-        runs = np.concatenate([[0], np.cumsum(np.abs(np.diff(reading)) > _REPEATED)])
+        runs = np.concatenate([[0], np.cumsum(np.abs(np.diff(reading)) > SAME)])
         of_encoder[:] = 1.0 / np.bincount(runs)[runs]
     return weight
 

@@ -75,7 +75,7 @@ def _find_whole_swing() -> None:
     angles = simulate(physical_coefficients(NOMINAL), start, times)[:, :2]
     swings = Swing.of(Trial("", times, angles), 0, 0.005, 0.1)
     recorded = Recorded(tuple(swings), np.full(2, 1e-3), np.zeros(2), 0.2)
-    states = [swing.states(model, values, []) for swing in swings]
+    states = [swing.states(model) for swing in swings]
     with contextlib.suppress(IdentificationError):
         most_likely(model, values, lambda spacing: (recorded, states))
 

@@ -8,11 +8,10 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.diagnosis.encoder_scale import encoder_scale
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.errors import IdentificationError
-from cdp_ident.fit.data import Data, noise_over, noise_over_averages, prepare
-from cdp_ident.fit.force_balance import ForceBalance, Pieces, balance_of_forces, balances_of
+from cdp_ident.fit.data import Data, noise_over_averages, prepare
+from cdp_ident.fit.force_balance import ForceBalance, Pieces, balance_of_forces
 from cdp_ident.fit.initial_states import fit_initial_states
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.objective import search_objective
@@ -68,10 +67,8 @@ def identify(
         )
     parted = assign_roles(fit, holdout, time_unit(prior.length, prior.gravity))
     shown = [part.shown for part in parted if part.is_fitted]
-    noise = noise_over(shown)
-    balances, failure = _balances(shown, prior)
-    balanced = balances[0] if balances else None
-    scales = scales_of(shown, prior.length, prior.gravity, noise)
+    balanced = _balance(shown, prior)
+    scales = scales_of(shown, prior.length, prior.gravity)
     averaged = scales.together if sum(len(part.measured.time) for part in parted) > _MOST_SAMPLES else 1
     parted = [
         replace(part, trial=thinned(part.trial, scales.together), measured=thinned(part.measured, averaged))
@@ -94,7 +91,7 @@ def identify(
     enough = options.motion_for_effects or scales.enough
     whole, lost = _paper_s_model(model, search, balanced, data, prior, enough)
     followed = fit_initial_states(model, whole.values, data.fit)
-    return Identification.of(options, data, balances, search, whole, followed, whole.covariance, failure or lost)
+    return Identification.of(options, data, search, whole, followed, whole.covariance, lost)
 
 
 def _paper_s_model(
@@ -124,7 +121,7 @@ def _paper_s_model(
         found = list[WholeSwings]()
         for values in begins:
             try:
-                states = states_of(recorded, model, values, ())
+                states = states_of(recorded, model)
                 steps = GaussNewton(model, values, recorded, states, noise, CLOSE_ENOUGH)
                 found.append(steps.run(most_steps).found())
             except (IdentificationError, np.linalg.LinAlgError) as error:
@@ -150,18 +147,12 @@ def _weights_differ(fit: Sequence[Trial], holdout: Sequence[Trial]) -> bool:
     return len(fitted) > 1
 
 
-def _balances(trials: Sequence[Trial], prior: Prior) -> tuple[tuple[ForceBalance, ...], str]:
-    """Return the balances of forces, and why the fit fails by them; none with too little motion."""
+def _balance(trials: Sequence[Trial], prior: Prior) -> ForceBalance | None:
+    """Return the balance of forces, with another L where the given one is not believed; None with too little motion."""
     try:
         pieces = Pieces.of(trials, prior.length, prior.gravity)
-        balances = balances_of(pieces)
-        free = balance_of_forces(pieces, balances[0].effects, length_free=True)
+        given, free = (balance_of_forces(pieces, length_free) for length_free in (False, True))
     except (IdentificationError, np.linalg.LinAlgError):
-        return (), ""
-    scale = encoder_scale(pieces, [*balances, free])
-    if scale:
-        return (scale.balance, *balances), scale.failure
-    given = balances[0]
+        return None
     explains = free.unexplained.max() < _MOST_LEFT * given.unexplained.max()
-    is_another = explains and abs(free.length / prior.length - 1.0) > _ANOTHER
-    return ((free, *balances) if is_another else balances), ""
+    return free if explains and abs(free.length / prior.length - 1.0) > _ANOTHER else given

@@ -8,13 +8,15 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.configuration.fitted_model import FittedModel
-from cdp_ident.fit.motion_model import LATEST
 from cdp_ident.fit.windows import Window
 from cdp_ident.model.motions import InitialValueProblem, motions, simulate
 from cdp_ident.model.time_grid import DEFAULT_STEP, TimeGrid
 from cdp_ident.model.weights import Weight
 
 Array = npt.NDArray[np.float64]
+
+_LATEST = 0.05
+"""No encoder is later or earlier than this [s]."""
 
 
 class MotionStream:
@@ -57,10 +59,10 @@ class MotionStream:
         The first time must not be before the first one of the call before.
         """
         times = np.asarray(times, dtype=float)
-        self._advance(float(times[0]) - LATEST)
+        self._advance(float(times[0]) - _LATEST)
         since = times - self._now
         grid = TimeGrid.over(since)
-        grid = replace(grid, steps=grid.steps + round(LATEST / DEFAULT_STEP))  # an early encoder sees what comes then
+        grid = replace(grid, steps=grid.steps + round(_LATEST / DEFAULT_STEP))  # an early encoder sees what comes then
         window = Window(
             self._trial, 0, self._now, since, np.empty((0, 2)), grid, self._u(grid), self._state,
             drive=self._drive(grid), weights=self._weights,

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from cdp_ident.design.starts import HAND
-from cdp_ident.diagnosis.identifiability import CONFIDENCE
+from cdp_ident.fit.physical import CONFIDENCE
 from cdp_ident.model.parameters import INERTIA
 from cdp_ident.report.figures.description import Array, Axis, Dots, Figure, Heat, Panel
 from cdp_ident.report.schema import Section

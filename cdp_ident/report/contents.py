@@ -12,7 +12,7 @@ import numpy as np
 from scipy.special import expit
 
 from cdp_ident.diagnosis.evaluation import ErrorsByRole
-from cdp_ident.diagnosis.identifiability import identifiability, is_determined
+from cdp_ident.diagnosis.identifiability import identifiability
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.diagnosis.new_trial import NewTrialCheck
 from cdp_ident.diagnosis.prediction import plan_of, predicted
@@ -21,6 +21,7 @@ from cdp_ident.diagnosis.whiteness import Whiteness
 from cdp_ident.fit.data import Data
 from cdp_ident.fit.initial_states import Fit
 from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.fit.physical import is_determined
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, PARAMETERS
 from cdp_ident.report.curves import Array

@@ -10,19 +10,17 @@ from cdp_ident.configuration.fitted_model import fitted_model, fitted_parameters
 from cdp_ident.design.discrimination import RecordedMotion
 from cdp_ident.design.knowledge import Knowledge, Sampling
 from cdp_ident.errors import ReportError
-from cdp_ident.fit.initial_states import fit_initial_states
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.windows import FEWEST_SAMPLES, Window, cut_at
 from cdp_ident.likelihood.noise import Noise
 from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.model.parameters import GROUPS, INERTIA, INVERSE_INERTIA
 from cdp_ident.model.weights import Weight
-from cdp_ident.report.curves import NO_WINDOW, Array, Curves
+from cdp_ident.report.curves import Array, Curves
 from cdp_ident.report.next_trial import NOISES
 from cdp_ident.report.schema import Section
 from cdp_ident.trial.trial import Trial
 
-_SPANS = ("duration", "interval", "spacing", "half_width", "step")
+_SPANS = ("duration", "interval", "spacing", "step")
 """Times that are assumed of a next trial, as `Sampling` names them."""
 _MOST_SAMPLES = 1_000_000
 """Of a trial that a report assumes."""
@@ -119,20 +117,10 @@ def _covariance(model: MotionModel, std: Array, correlation: Section) -> Array:
 
 
 def recorded_motion(report: Section, curves: Curves, knowledge: Knowledge) -> RecordedMotion:
-    """Return what the fitted model says of the trials of a report.
-
-    Raises:
-        IdentificationError: it has no motion.
-    """
-    sampling, trials, windows = knowledge.sampling, list[Trial](), list[Window]()
+    """Return the motion of the trials of a report, of which the fitted model says something."""
+    trials = list[Trial]()
     for index, curve in enumerate(curves.trials):
         weights = tuple(Weight(**weight) for weight in report["trials"][index]["weights"])
         cart = curve.cart if np.ptp(curve.cart) else None
-        breaks = tuple(int(place) for place in np.flatnonzero(np.diff(curve.window)) + 1)
-        trial = Trial(str(index), curve.time, curve.measured, cart, breaks=breaks, weights=weights)
-        for first, last in trial.bounds:
-            if curve.window[first] != NO_WINDOW and last - first >= FEWEST_SAMPLES:
-                windows += cut_at(trial, index, [first, last], sampling.step, sampling.half_width)
-        trials.append(trial)
-    followed = fit_initial_states(knowledge.model, knowledge.values, windows)
-    return RecordedMotion.of(knowledge, trials, followed.windows)
+        trials.append(Trial(str(index), curve.time, curve.measured, cart, weights=weights))
+    return RecordedMotion.of(knowledge, trials)

@@ -49,14 +49,13 @@ def next_trial_section(outcome: Outcome, failed: Callable[[str], None]) -> Secti
 
     Where no motion can be computed there is none either, and `failed` is called with the reason.
     """
-    trace, found = outcome.trace, outcome.identification
+    trace, data = outcome.trace, outcome.identification.data
     if trace.failure:
         return None
-    last, data = trace.completed, found.data
+    last = trace.completed
     try:
-        knowledge = Knowledge.of(last.whole, last.fit.values, trace.covariance, last.inertia.value, data.scales)
-        windows = (*trace.after.fit.windows, *trace.after.holdout.windows)
-        motion = partial(RecordedMotion.of, trials=data.trials, windows=windows)
+        knowledge = Knowledge.of(last.whole, last.fit.values, trace.covariance, last.inertia.value)
+        motion = partial(RecordedMotion.of, trials=data.trials)
         labels = knowledge.model.labels
         possible = {label: effect.also_possible for label, effect in zip(labels, trace.effects, strict=True)}
         questions = usual_questions(knowledge.model, possible)

@@ -4,7 +4,7 @@
 
 import re
 
-from cdp_ident.diagnosis.identifiability import CONFIDENCE
+from cdp_ident.fit.physical import CONFIDENCE
 from cdp_ident.model.effects.effect import Effect
 from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import CERTAINTY, capitalised, key_words, over_inertia, unit, with_std

@@ -4,7 +4,7 @@
 
 import numpy as np
 
-from cdp_ident.diagnosis.identifiability import CONFIDENCE
+from cdp_ident.fit.physical import CONFIDENCE
 from cdp_ident.report.document import Document
 from cdp_ident.report.figures.description import Axis, Figure, Intervals, Line, Panel
 from cdp_ident.report.figures.palette import series

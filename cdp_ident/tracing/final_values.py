@@ -75,8 +75,8 @@ def _whole_swings(after: FinalModel, chosen: WholeSwings, data: Data) -> WholeSw
     """
 
     def with_nodes(spacing: float) -> tuple[Recorded, Sequence[Array]]:
-        recorded, windows = all_recorded(data, spacing), (*after.fit.windows, *after.holdout.windows)
-        return recorded, states_of(recorded, after.model, after.fit.values, windows)
+        recorded = all_recorded(data, spacing)
+        return recorded, states_of(recorded, after.model)
 
     if np.any(chosen.is_missing):
         recorded, states = with_nodes(NEAR)

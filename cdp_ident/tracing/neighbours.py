@@ -4,6 +4,7 @@
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
 import numpy.typing as npt
@@ -229,18 +230,21 @@ def hidden_by_torques(found: WholeSwings) -> Iterator[Neighbour]:
     """Yield models with an effect that unknown torques, or autocorrelated noise, follow as well as it would.
 
     Its score says too little. Such are play in a coupling, which shows by jumps; where the base moves one that has a
-    mode of its own, which near no strength is not seen unless its frequency is right; dry friction that holds a joint
-    most of the time, as near no strength it does not hold it; and friction that gives way so far that it is no dry
-    friction.
+    mode of its own, which near no strength is not seen unless its frequency is right; dry friction that holds a joint,
+    or both, most of the time, as near no strength it does not hold them; and friction that gives way so far that it is
+    no dry friction.
     """
-    torque = np.sqrt(np.mean(MissingTorque.of(found).torque ** 2, axis=0))
+    torque = dict(zip(JOINTS, np.sqrt(np.mean(MissingTorque.of(found).torque ** 2, axis=0)).tolist(), strict=True))
+    dry = [e for e in known_effects() if e.dry and not e.contains and len(e.parameters) == 1 and torque[e.joint] > 0.0]
+    for holding in (each for count in range(1, len(dry) + 1) for each in combinations(dry, count)):
+        model, strengths = found.model, [torque[effect.joint] for effect in holding]
+        for effect in holding:
+            model = model.with_effect(ActiveEffect(effect))
+        yield Neighbour(model, np.concatenate([found.values, strengths]), tuple(effect.key for effect in holding))
     for effect in known_effects():
-        size = 0.0 if effect.joint == "base" else float(torque[JOINTS.index(effect.joint)])
-        if effect.dry and not effect.contains and len(effect.parameters) == 1 and size > 0.0:
-            yield _with(found, ActiveEffect(effect), np.array([size]))
-        if effect.remembers and size > 0.0:
+        if effect.remembers and torque[effect.joint] > 0.0:
             strength = effect.parameters[0].name
-            for values in _beginnings(found, {strength: size}, effect):
+            for values in _beginnings(found, {strength: torque[effect.joint]}, effect):
                 yield replace(_with(found, ActiveEffect(effect), np.array(values)), again=True)
         jumps = effect.states and effect.known_at_zero and not effect.moves
         if jumps or (effect.swings and found.base_moves):

@@ -36,8 +36,7 @@ def select_effects(
     interrupted = False
     try:
         search.begin_with(_expected(found, expected), "confirmed")
-        suggested = [*_balanced(found), *hidden_by_torques(search.paper)]
-        search.run(suggested if search.best is search.paper else ())
+        search.run([*hidden_by_torques(search.paper)] if search.best is search.paper else ())
         without = tuple(search.without(index) for index in range(len(search.best.model.effects)))
     except InterruptedSearchError:
         interrupted = True
@@ -81,17 +80,3 @@ def _expected(found: Identification, expected: Sequence[ExpectedEffect]) -> Iter
         for one in expected:
             model, values = model.with_effect(ActiveEffect(one.effect)), np.concatenate([values, one.values])
         yield Neighbour(model, values, tuple(one.effect.key for one in expected))
-
-
-def _balanced(found: Identification) -> Iterator[Neighbour]:
-    """Yield models with the effects that balances of forces show.
-
-    Where these are strong, no score near the paper's model does.
-    """
-    for balance in found.balances:
-        model = found.whole.model
-        values = model.with_base_parameters(found.whole.values, balance.groups, balance.inertia)
-        for effect, strengths in balance.found:
-            model, values = model.with_effect(ActiveEffect(effect)), np.concatenate([values, strengths])
-        if balance.found:
-            yield Neighbour(model, values, tuple(effect.key for effect, _ in balance.found))

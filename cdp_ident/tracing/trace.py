@@ -224,4 +224,4 @@ def _completed(
         IdentificationError, LinAlgError: no motion can be computed.
     """
     fit = fit_initial_states(after.model, values, after.fit.windows)
-    return Identification.of(found.options, found.data, found.balances, found.search, whole, fit, covariance)
+    return Identification.of(found.options, found.data, found.search, whole, fit, covariance)

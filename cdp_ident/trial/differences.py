@@ -9,23 +9,26 @@ from cdp_ident.arrays import Array
 SAMPLES = 5
 """Samples in a fourth divided difference, to which the pendulum's motion hardly contributes: at 200 Hz a swing at 10
 rad/s of 1 rad leaves 6 microradians in it."""
+SAME = 1e-9
+"""Angles that differ by less are one reading [rad]."""
 MEDIAN_OF_SIZE = 0.6745
 """Median of the size of a standard normal number."""
 
 
-def fourth_differences(time: Array, values: Array) -> Array:
-    """Return the fourth divided differences (n - 4, ...) of values (n, ...) at times (n,), strictly increasing.
+def fourth_differences(time: Array, values: Array, apart: int = 1) -> Array:
+    """Return the fourth divided differences (m, ...) of values (n, ...) at times (n,), strictly increasing.
 
-    They are scaled so that white noise of standard deviation 1 gives 1.
+    They are of samples so many apart, n - 4 of them where these are neighbours, and scaled so that white noise of
+    standard deviation 1 gives 1.
     """
-    count = len(time) - SAMPLES + 1
-    stamps = np.stack([time[k : k + count] for k in range(SAMPLES)], axis=1)
-    apart = stamps[:, :, None] - stamps[:, None, :]
-    apart[:, range(SAMPLES), range(SAMPLES)] = 1.0
-    weights = 1.0 / apart.prod(axis=2)
+    count, places = len(time) - apart * (SAMPLES - 1), apart * np.arange(SAMPLES)
+    stamps = np.stack([time[k : k + count] for k in places], axis=1)
+    later = stamps[:, :, None] - stamps[:, None, :]
+    later[:, range(SAMPLES), range(SAMPLES)] = 1.0
+    weights = 1.0 / later.prod(axis=2)
     weights /= np.linalg.norm(weights, axis=1, keepdims=True)
     columns = values.reshape(len(time), -1)
-    differences = sum(weights[:, k, None] * columns[k : k + count] for k in range(SAMPLES))
+    differences = sum(weights[:, k, None] * columns[at : at + count] for k, at in enumerate(places))
     return np.asarray(differences).reshape(count, *values.shape[1:])
 
 
@@ -40,7 +43,7 @@ def encoder_step(angles: Array) -> float:
     as of a rod that turns evenly, none shows.
     """
     every = np.abs(np.diff(angles))
-    changes = every[every > 1e-9]
+    changes = every[every > SAME]
     if len(changes) == 0:
         return 0.0
     smallest = float(changes.min())

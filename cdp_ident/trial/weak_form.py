@@ -3,10 +3,10 @@
 """The balance of forces in weak form: linear in lumped numbers, without accelerations.
 
 The equations of motion of both rods are rates of change of momenta p and torques q, each linear in lumped numbers over
-A22: those of the paper's model, G1 = a1 g and G2 = m2 l2 g for gravity, the joints' dry friction k1, k2, springs
-(stiffness s, torque t), motors' torques times M1 and M2, and the constant coupling D of a rotor geared to the outer
-joint. With s, c the sine and cosine of theta1 - theta2, w1, w2 the angular velocities, d1, d2 the directions in which
-the joints turn, and u the cart's acceleration::
+A22: those of the paper's model, G1 = a1 g and G2 = m2 l2 g for gravity, the joints' dry friction k1, k2, motors'
+torques times M1 and M2, and the constant coupling D of a rotor geared to the outer joint. With s, c the sine and cosine
+of theta1 - theta2, w1, w2 the angular velocities, d1, d2 the directions in which the joints turn, and u the cart's
+acceleration::
 
     w1' + A23 [(c w2)' + s w1 w2] + D w2' + c1 w1 + c2 (w1 - w2) + k1 d1 - k2 d2 = G1 (sin theta1 - cos theta1 u / g)
     A23 [(c w1)' - s w1 w2] + D w1' + A33 w2' + c2 (w2 - w1) + k2 d2             = G2 (sin theta2 - cos theta2 u / g)
@@ -29,10 +29,7 @@ from scipy.special import erf
 from cdp_ident.arrays import Array
 from cdp_ident.trial.scales import Scales
 
-COLUMNS = (
-    *("A22", "A23", "A33", "c1", "c2", "G1", "G2", "k1", "k2", "D", "s1", "t1", "s2", "t2", "E12", "E1", "E2"),
-    *("M1", "M2"),
-)
+COLUMNS = ("A22", "A23", "A33", "c1", "c2", "G1", "G2", "k1", "k2", "D", "E12", "E1", "E2", "M1", "M2")
 """What the balance is linear in; A22 itself is one, and M1, M2 what motors' torques are multiplied by."""
 WINDOW = 25
 """Grid points of a window: 1.2 units of the motion's time scale from its first to its last."""
@@ -124,7 +121,7 @@ _Term = tuple[Array | None, Array | None]
 def _terms(motion: Motion, gravity: float) -> Mapping[str, tuple[_Term, _Term]]:
     """Return momentum and torque of the inner rod and of the outer one over each lumped number that has any."""
     (theta1, theta2), (w1, w2), (d1, d2) = motion.angles.T, motion.rates.T, motion.directions.T
-    s, c, one, cart = np.sin(theta1 - theta2), np.cos(theta1 - theta2), np.ones_like(theta1), motion.cart_velocity
+    s, c, cart = np.sin(theta1 - theta2), np.cos(theta1 - theta2), motion.cart_velocity
     none = None, None
 
     def gravity_of(theta: Array, w: Array) -> _Term:
@@ -156,10 +153,6 @@ def _terms(motion: Motion, gravity: float) -> Mapping[str, tuple[_Term, _Term]]:
         "c2": outer_joint(w2 - w1),
         "k1": ((None, d1), none),
         "k2": outer_joint(d2),
-        "s1": ((None, theta1 - math.pi), none),
-        "s2": outer_joint(theta2 - theta1),
-        "t1": ((None, -one), none),
-        "t2": outer_joint(-one),
         "E12": ((-s * w2, c * w1 * w2), (-s * w1, -c * w1 * w2)),
         "E1": ((None, -np.cos(theta1)), none),
         "E2": (none, (None, -np.cos(theta2))),

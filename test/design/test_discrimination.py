@@ -12,8 +12,6 @@ from cdp_ident.design.discrimination import RecordedMotion, alternatives, can_be
 from cdp_ident.design.next_trial import NextTrial
 from cdp_ident.design.starts import Grid
 from cdp_ident.fit.active_effect import ActiveEffect
-from cdp_ident.fit.initial_states import fit_initial_states
-from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.trial.trial import Trial
 from scenarios.next_swing import MODEL, NOISE, TRUTH, Swings
@@ -37,11 +35,6 @@ def recorded(known, model, values, candidate, seed=0):
     return Trial("swing", of.time, np.cumsum(readings, axis=1))
 
 
-def motion_of(knowledge, *trials):
-    windows = fit_initial_states(knowledge.model, knowledge.values, cut_into_windows(trials)).windows
-    return RecordedMotion.of(knowledge, trials, windows)
-
-
 @pytest.fixture(scope="module")
 def trials(known):
     return [recorded(known, *model_with(DRAG, 4e-4), one, seed) for seed, one in enumerate((FIRST, SECOND))]
@@ -54,7 +47,7 @@ def knowledge(trials):
 
 @pytest.fixture(scope="module")
 def alternative(knowledge, trials):
-    (found,) = alternatives(knowledge, motion_of(knowledge, trials[0]), DRAG, FRICTION)
+    (found,) = alternatives(knowledge, RecordedMotion.of(knowledge, trials[:1]), DRAG, FRICTION)
     return found
 
 
@@ -78,7 +71,7 @@ def test_with_a_further_trial_they_are_as_far_apart_as_fits_to_both_trials_say_t
 
 def test_of_long_recordings_a_share_stands_for_all(alternative, knowledge, trials):
     times, (trial, _) = 30, trials
-    (found,) = alternatives(knowledge, motion_of(knowledge, *[trial] * times), DRAG, FRICTION)
+    (found,) = alternatives(knowledge, RecordedMotion.of(knowledge, [trial] * times), DRAG, FRICTION)
     assert found.deviations_now == pytest.approx(np.sqrt(times) * alternative.deviations_now, rel=0.1)
     still = CandidateTrial(np.pi, np.pi)
     assert found.deviations(still) == pytest.approx(found.deviations_now, rel=0.01)
@@ -87,13 +80,13 @@ def test_of_long_recordings_a_share_stands_for_all(alternative, knowledge, trial
 def test_samples_that_were_averaged_stand_for_all(alternative, knowledge, trials):
     trial = trials[0]
     thinned = Trial("thinned", trial.time[::4], trial.theta[::4])
-    (found,) = alternatives(knowledge, motion_of(knowledge, thinned), DRAG, FRICTION)
+    (found,) = alternatives(knowledge, RecordedMotion.of(knowledge, [thinned]), DRAG, FRICTION)
     assert found.deviations_now == pytest.approx(alternative.deviations_now, rel=0.1)
 
 
 def test_a_trial_with_a_weight_tells_them_apart_though_the_alternative_may_have_another_inertia(knowledge, trials):
     with_weight = knowledge.with_weights([WEIGHT])
-    (found,) = alternatives(with_weight, motion_of(with_weight, trials[0]), DRAG, FRICTION)
+    (found,) = alternatives(with_weight, RecordedMotion.of(with_weight, trials[:1]), DRAG, FRICTION)
     assert found.model.names[5:8] == with_weight.model.names[5:8]
     assert found.deviations(replace(FIRST, weights=(WEIGHT,))) > found.deviations_now
 
@@ -113,6 +106,6 @@ def test_an_extended_model_of_an_effect_can_be_the_same(known):
     model, values = model_with(FRICTION, 0.01)
     trial = recorded(known, model, values, CandidateTrial(4.0, 3.8))
     knowledge = Swings.of([trial], model, values).knowledge
-    found = list(alternatives(knowledge, motion_of(knowledge, trial), FRICTION, "stribeck_friction.outer"))
+    found = list(alternatives(knowledge, RecordedMotion.of(knowledge, [trial]), FRICTION, "stribeck_friction.outer"))
     assert found
     assert all(can_be_the_same(alternative) for alternative in found)

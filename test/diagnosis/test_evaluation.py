@@ -13,7 +13,7 @@ from cdp_ident.fit.initial_states import fit_initial_states
 from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Prior
-from cdp_ident.fit.windows import DEFAULT_STEP, FEWEST_SAMPLES, HALF_WIDTH, cut_at, cut_into_windows
+from cdp_ident.fit.windows import FEWEST_SAMPLES, cut_at, cut_into_windows
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.parameters import SYMBOLS, groups_of
 from cdp_ident.trial.trial import Trial
@@ -36,7 +36,7 @@ def errors_over(values, windows, trials=(TWIN,), model=MODEL):
 def test_windows_of_the_fewest_samples_have_errors():
     """Motion that is hardly predictable is cut into such windows."""
     bounds = list(range(0, 10 * FEWEST_SAMPLES, FEWEST_SAMPLES))
-    windows = cut_at(TWIN, 0, bounds, DEFAULT_STEP, HALF_WIDTH)
+    windows = cut_at(TWIN, 0, bounds)
     assert len(windows) == 9
     assert np.isfinite(errors_over(TRUTH, windows).sse_free_run)
 

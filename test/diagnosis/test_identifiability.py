@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cdp_ident.diagnosis.identifiability import Tradeoff, identifiability, is_determined
+from cdp_ident.diagnosis.identifiability import Tradeoff, identifiability
 from cdp_ident.fit.options import IdentifyOptions
+from cdp_ident.fit.physical import is_determined
 from cdp_ident.fit.prior import Prior
 from cdp_ident.model.parameters import GROUPS, SYMBOLS, groups_of
 from cdp_ident.pipeline.identify import identify

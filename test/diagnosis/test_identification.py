@@ -13,9 +13,7 @@ def test_a_trial_that_cannot_be_fitted_alone_costs_that_comparison_and_nothing_e
     found = outcome.trace.completed
     # The outer rod's inertia is less than what couples it to the inner one: such rods there are none.
     impossible = replace(found.whole, values=np.array([1.0, 0.1, *found.whole.values[2:]]))
-    diagnosed = Identification.of(
-        found.options, found.data, found.balances, found.search, impossible, found.fit, found.covariance
-    )
+    diagnosed = Identification.of(found.options, found.data, found.search, impossible, found.fit, found.covariance)
     assert diagnosed.repeatability is None
     assert np.all(np.isfinite(diagnosed.covariance))
     (failure,) = diagnosed.failures

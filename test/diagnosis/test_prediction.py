@@ -31,7 +31,7 @@ def data_of(trials, held_out=()):
     windows = cut_into_windows(trials)
     fit = tuple(window for window in windows if window.trial not in held_out)
     holdout = tuple(window for window in windows if window.trial in held_out) or fit[1:2]
-    scales = scales_of(trials, PRIOR.length, PRIOR.gravity, NOISE)
+    scales = scales_of(trials, PRIOR.length, PRIOR.gravity)
     return Data(tuple(trials), tuple(trials), fit, holdout, NOISE, 2.5, scales)
 
 

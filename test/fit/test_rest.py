@@ -39,7 +39,7 @@ def windows_of(states, added):
     """Return the windows of a motion that both encoders show in steps, angles (n, 2) being added to theirs."""
     joints = np.column_stack([states[:, 0], states[:, 1] - states[:, 0]]) + added
     theta = np.cumsum(np.round(joints / STEP) * STEP, axis=1)
-    return cut_at(Trial("swing", TIME, theta), 0, list(range(0, 1601, 200)), 0.005, 0.1)
+    return cut_at(Trial("swing", TIME, theta), 0, list(range(0, 1601, 200)))
 
 
 def test_the_rounding_of_a_joint_at_rest_is_not_taken_for_its_angle():

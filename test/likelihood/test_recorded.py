@@ -13,11 +13,11 @@ from cdp_ident.fit.scales import scales_of
 from cdp_ident.likelihood.recorded import all_recorded, fitted_recorded, states_of
 from cdp_ident.likelihood.swing import weights_of_runs
 from cdp_ident.trial.trial import Trial
-from scenarios.swings import MODEL, TIME, TRUE, UNIT, measured, motion
+from scenarios.swings import MODEL, TIME, UNIT, measured, motion
 
 TRIAL = measured(motion(), np.random.default_rng(0))
 NOISE = np.array([2e-4, 3e-4])
-SCALES = scales_of([TRIAL], 0.4, 9.81, NOISE)
+SCALES = scales_of([TRIAL], 0.4, 9.81)
 
 
 def long_trial(repeats):
@@ -88,7 +88,7 @@ def test_more_is_looked_at_where_more_is_enough_from_one_piece_to_all_of_it_in_o
 
 def test_states_begin_near_the_motion():
     of = fitted_recorded(WITH_HELD_OUT, 0.2, np.inf)
-    for swing, states in zip(of.swings, states_of(of, MODEL, TRUE, WITH_HELD_OUT.fit), strict=True):
+    for swing, states in zip(of.swings, states_of(of, MODEL), strict=True):
         at = swing.begin + swing.node_times
         angles = np.stack([np.interp(at, TIME, angle) for angle in motion().T], axis=1)
         assert states.shape == (len(swing.grids), 4)

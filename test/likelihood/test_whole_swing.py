@@ -12,15 +12,16 @@ from scipy.integrate import solve_ivp
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.likelihood.maxima import most_likely
+from cdp_ident.likelihood.recorded import states_of
 from cdp_ident.model.weights import Weight
 from cdp_ident.trial.trial import Trial
-from scenarios.swings import BEGIN, MODEL, NOISE, STEP, TIME, TRUE, known, measured, motion, recorded, states_of
+from scenarios.swings import BEGIN, MODEL, NOISE, STEP, TIME, TRUE, known, measured, motion, recorded
 
 
 def found_in(trials, model=MODEL, values=BEGIN):
     def with_nodes(spacing):
         of = recorded(trials, spacing)
-        return of, states_of(of, model, values)
+        return of, states_of(of, model)
 
     return most_likely(model, values, with_nodes)
 
@@ -130,7 +131,7 @@ def test_an_impulse_is_that_of_a_torque_over_the_inertia_without_weights(mass, p
     """An impulse J in both joints changes the speeds by the inverse of the inertia matrix [kg m^2] times J."""
     trial = replace(measured(motion(), np.random.default_rng(0)), weights=(Weight("outer", mass, place),))
     of = recorded([trial], 0.2)
-    (swing,), (states,) = of.swings, states_of(of)
+    (swing,), (states,) = of.swings, states_of(of, MODEL)
     found = swing.linearised(MODEL, TRUE, states)
     ends = states[1:] + found.gaps[:-1]
     inertia = MODEL.mechanism.inertia

@@ -45,10 +45,6 @@ def test_two_swings_of_ten_seconds_with_and_without_50_g_give_the_inertia_within
     assert abs(weighted.inertia.value - INERTIA) < 3.0 * weighted.inertia.std < 0.01 * INERTIA
 
 
-def test_the_balance_of_forces_finds_it_too(weighted):
-    assert weighted.balances[0].inertia == pytest.approx(INERTIA, rel=0.06)
-
-
 def test_frictions_are_determined_and_what_shares_the_rest_is_not(weighted):
     determined = [symbol for symbol, sure in zip(SYMBOLS, weighted.physical.determined, strict=True) if sure]
     assert determined == ["c1", "c2"]

@@ -18,9 +18,8 @@ from scenarios.weighted import WEIGHT
 def known_after(outcome):
     """Return what an identification knew."""
     trace = outcome.trace
-    data, inertia = outcome.identification.data, trace.completed.inertia.value
     last = trace.completed
-    return Knowledge.of(last.whole, last.fit.values, trace.covariance, inertia, data.scales)
+    return Knowledge.of(last.whole, last.fit.values, trace.covariance, last.inertia.value)
 
 
 def test_a_report_read_from_its_file_knows_what_the_identification_knew(outcome, read_content):
@@ -53,10 +52,9 @@ def test_what_weights_have_shown_is_read_too(weighted_outcome, weighted_content)
 
 
 def test_the_motion_of_the_fitted_model_is_read_from_the_curves(outcome, read_content, shown_curves):
-    knowledge, after = knowledge_of(read_content), outcome.trace.after
+    knowledge = knowledge_of(read_content)
     found = recorded_motion(read_content, shown_curves, knowledge)
-    windows = (*after.fit.windows, *after.holdout.windows)
-    direct = RecordedMotion.of(knowledge, outcome.identification.data.trials, windows)
+    direct = RecordedMotion.of(knowledge, outcome.identification.data.trials)
     assert (found.share, found.averaged) == pytest.approx((direct.share, direct.averaged))
     for states, of_direct in zip(found.states, direct.states, strict=True):
         assert states[:, :2] == pytest.approx(of_direct[:, :2], abs=5e-3)

@@ -24,12 +24,12 @@ NOISE = np.full(2, 3e-4)
 def identified(request):
     rng = np.random.default_rng(0)
     trials = [measured(motion(dry=request.param), rng) for _ in range(2)]
-    scales = scales_of(trials, 0.4, 9.81, NOISE)
+    scales = scales_of(trials, 0.4, 9.81)
     parted = [PartedTrial(trial, frozenset([0] * index), trial) for index, trial in enumerate(trials)]
     data = prepare(parted, 1.0, scales, NOISE)
     whole = fitted(fitted_recorded(data, NEAR, np.inf))
     options = IdentifyOptions(named_effects_only=True)
-    return bool(request.param), SimpleNamespace(whole=whole, data=data, options=options, enough=np.inf, balances=())
+    return bool(request.param), SimpleNamespace(whole=whole, data=data, options=options, enough=np.inf)
 
 
 def expectation(key, *values):

@@ -11,8 +11,9 @@ import pytest
 from cdp_ident.diagnosis.inertia import Inertia
 from cdp_ident.likelihood.gauss_newton import GaussNewton
 from cdp_ident.likelihood.noise import Noise
+from cdp_ident.likelihood.recorded import states_of
 from cdp_ident.tracing.unexplained import unexplained
-from scenarios.swings import MODEL, NOISE, TRUE, fitted, measured, motion, recorded, states_of
+from scenarios.swings import MODEL, NOISE, TRUE, fitted, measured, motion, recorded
 
 OF_ANGLES = NOISE * np.array([1.0, np.sqrt(2.0)])
 """Noise of theta1 and theta2, the sum of both encoders' angles [rad]."""
@@ -53,7 +54,7 @@ def test_nothing_remains_of_clean_motion(clean):
 def test_autocorrelated_noise_is_noise():
     of = recorded([measured(motion(), np.random.default_rng(5), memory=0.8)])
     small = Noise.white(of.encoders, of.least_torque)
-    found = remains(of_its_noise(GaussNewton(MODEL, TRUE, of, states_of(of), small).run().found()))
+    found = remains(of_its_noise(GaussNewton(MODEL, TRUE, of, states_of(of, MODEL), small).run().found()))
     assert not found.significant
     assert found.description.startswith("nothing but the encoders' noise, of which 8")
     assert found.description.endswith(" % is in the next reading still")

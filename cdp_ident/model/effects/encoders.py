@@ -51,7 +51,7 @@ ENCODERS = (
         "encoder_scale",
         "an encoder whose counts per turn are taken wrongly",
         Law(reading="scale*angle"),
-        [EffectParameter("scale", "1", -0.1, 0.1, 0.01)],
+        [EffectParameter("scale", "1", -0.25, 0.25, 0.01)],
         "a belt or gear between joint and encoder, or a wrong setting",
     ),
     *(

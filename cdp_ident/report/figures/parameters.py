@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from cdp_ident.diagnosis.identifiability import CONFIDENCE
+from cdp_ident.fit.physical import CONFIDENCE
 from cdp_ident.report.figures.description import Axis, Figure, Heat, Intervals, Level, Panel, beside, named
 from cdp_ident.report.figures.errors import wrapped
 from cdp_ident.report.figures.palette import series

@@ -8,7 +8,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from cdp_ident.diagnosis.identifiability import CONFIDENCE
+from cdp_ident.fit.physical import CONFIDENCE
 from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.model.parameters import INERTIA
 from cdp_ident.report.curves import Array, Curves, TorqueCurves
