@@ -25,7 +25,15 @@ from cdp_ident.machine.parallel import parallel_map
 from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.model.layout import RODS_STATES
 from cdp_ident.tracing.lost_counts import with_better_instants
-from cdp_ident.tracing.neighbours import Neighbour, additions, extended_models, first, replacements, simplifications
+from cdp_ident.tracing.neighbours import (
+    Neighbour,
+    additions,
+    extended_models,
+    extended_replacements,
+    first,
+    replacements,
+    simplifications,
+)
 from cdp_ident.tracing.odds import unlikelihood_of
 from cdp_ident.tracing.selection import Step, Tried
 from cdp_ident.tracing.shaped_like import shaped_like_the_last
@@ -255,14 +263,15 @@ class ModelSearch:
         return False
 
     def _replace(self) -> bool:
-        """Try other effects in the place of each one, and an extended model of another one."""
+        """Try other effects in the place of each one, their extended forms, and an extended model of another one."""
         alternatives: list[tuple[Neighbour, WholeSwings | None]] = []
         for index in range(len(self.best.model.effects)):
             without = self.without(index)
             if without is None:
                 continue
-            others = replacements(self.best, index, without, self.scores, self._named_only)
-            alternatives += [(each, without) for each in first(others)]
+            others = first(replacements(self.best, index, without, self.scores, self._named_only))
+            extended = [form for each in others for form in extended_replacements(self.best, each, without)]
+            alternatives += [(each, without) for each in (*others, *extended)]
             alternatives += [(each[0], without) for forms in extended_models(without) for each in forms]
         return self._move(self.best, alternatives, "exchanged for", must_explain=True)
 

@@ -211,7 +211,7 @@ def extended_models(found: WholeSwings) -> Iterator[list[list[Neighbour]]]:
 
     For each effect there are its forms, and for each of these models that begin at different values.
     """
-    if not np.any(found.leaves_more | (found.noise.kept > 0.0)):
+    if not _hides_more(found):
         return
     for index, active in enumerate(found.model.effects):
         forms = [] if active.is_difference else _extended([active.effect])
@@ -224,6 +224,11 @@ def extended_models(found: WholeSwings) -> Iterator[list[list[Neighbour]]]:
             ]
             for form in forms
         ]
+
+
+def _hides_more(found: WholeSwings) -> bool:
+    """Return whether a torque is missing, or an encoder's noise is autocorrelated."""
+    return bool(np.any(found.leaves_more | (found.noise.kept > 0.0)))
 
 
 def hidden_by_torques(found: WholeSwings) -> Iterator[Neighbour]:
@@ -301,6 +306,21 @@ def replacements(
         least = of_own if effect.curve is not None else _ALTERNATIVES * of_own
         if effect != own and in_its_place < min(least, _PROMISES):
             yield _with(without, score.active, score.values)
+
+
+def extended_replacements(found: WholeSwings, replacement: Neighbour, without: WholeSwings) -> Iterator[Neighbour]:
+    """Yield models with extended forms of what takes an effect's place, where more may be hidden.
+
+    Args:
+        found: a model.
+        replacement: see `replacements`.
+        without: the model without the effect.
+    """
+    active = replacement.model.effects[-1]
+    values = replacement.values[replacement.model.places(len(replacement.model.effects) - 1)].tolist()
+    known = dict(zip((p.name for p in active.fitted), values, strict=True))
+    for form in _extended([active.effect]) if _hides_more(found) else []:
+        yield _with(without, replace(active, effect=form), np.array(next(_beginnings(without, known, form))))
 
 
 def simplifications(found: WholeSwings, sure: float) -> Iterator[Neighbour]:

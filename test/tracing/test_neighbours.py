@@ -11,7 +11,14 @@ from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.formulas.language import COEFFICIENTS
 from cdp_ident.tracing.missing_torque import MissingTorque
-from cdp_ident.tracing.neighbours import additions, extended_models, hidden_by_torques, replacements, simplifications
+from cdp_ident.tracing.neighbours import (
+    additions,
+    extended_models,
+    extended_replacements,
+    hidden_by_torques,
+    replacements,
+    simplifications,
+)
 from cdp_ident.tracing.odds import unlikelihood
 from scenarios.swings import TIME, fitted, known, measured, motion, recorded, with_effect
 
@@ -181,6 +188,18 @@ def test_in_the_place_of_an_effect_others_begin_from_the_model_without_it_but_wh
     _, beside = additions(rubbing, named_only=True)
     assert DRY in [score.active.effect.key for score in beside]
     assert not list(replacements(found, 0, rubbing, beside, named_only=True))
+
+
+def test_what_takes_an_effect_s_place_may_do_so_in_its_extended_forms_where_a_torque_is_missing(rubbing, with_friction):
+    dry = additions(rubbing, named_only=True)[0][0]
+    assert dry.what == (DRY,)
+    forms = list(extended_replacements(rubbing, dry, rubbing))
+    kinds = ("stribeck_friction", "drifting_friction", "presliding_friction")
+    assert {form.what for form in forms} == {(f"{kind}.outer",) for kind in kinds}
+    strengths = {form.values[len(rubbing.values)] for form in forms}
+    assert strengths == {dry.values[-1]}
+    assert not with_friction.leaves_more.any()
+    assert not list(extended_replacements(with_friction, dry, rubbing))
 
 
 def test_an_instant_takes_the_place_of_nothing(rubbing, with_friction):
