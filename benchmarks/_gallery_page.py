@@ -177,7 +177,8 @@ _HEAD = """\
 
 What each effect of the catalogue leaves when the model lacks it, how it differs from similar ones, and how weak it
 may be. The page is made by `python -m benchmarks.gallery`; its numbers are those of the selection before effects were
-chosen by evidence.
+chosen by evidence, but for encoders that are off, a base that is not level, a force from the side, presliding friction
+and viscosity that drifts.
 
 **The rig** is the paper's (the last row of Table 5, L = 0.4 m), sampled at 200 Hz by encoders of 8000 counts a turn
 with 0.3 mrad of noise, which makes {noise:.2g} mrad in the absolute angles. Two swings of 12 s are fitted, a third is
