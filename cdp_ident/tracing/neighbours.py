@@ -354,7 +354,8 @@ def _less_of(found: WholeSwings, index: int, sure: float) -> Iterator[Neighbour]
         if is_alike and names < own.keys() and own.keys() - names <= unsure:
             less = replace(active, effect=effect)
             neighbour = _instead(found, index, less, [own[p.name] for p in less.fitted])
-            yield replace(neighbour, what=(f"{active.key} but for {effect.key}",))
+            # From here it may be far more likely than where it was fitted before: joints stick elsewhere.
+            yield replace(neighbour, what=(f"{active.key} but for {effect.key}",), again=True)
 
 
 def strength(model: MotionModel, values: Array, covariance: Array, index: int) -> float:
