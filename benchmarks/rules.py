@@ -97,7 +97,6 @@ RULES = (
     Rule("names for a curve", "cdp_ident.tracing.model_search:ModelSearch._spell_out", _nothing),
     Rule("better instants", "cdp_ident.tracing.model_search:ModelSearch._with_instants", _second),
     Rule("play is tried", "cdp_ident.tracing.select_effects:hidden_by_torques", _empty),
-    Rule("effects of balances", "cdp_ident.tracing.select_effects:_balanced", _empty),
     Rule("imitation", "cdp_ident.tracing.certainty:_imitates", _no),
     Rule("withdrawal", "cdp_ident.tracing.trace:is_worse", _no),
     Rule("windows of half a swing", "cdp_ident.pipeline.identify_and_trace:_is_followed", _yes),
@@ -110,7 +109,6 @@ RULES = (
     ),
     Rule("runs of readings", "cdp_ident.likelihood.swing:weights_of_runs", _as_many),
     Rule("outliers of whole swings", "cdp_ident.likelihood.noise:_OUTLIER", np.inf),
-    Rule("counts per turn by balance", "cdp_ident.pipeline.identify:encoder_scale", _nothing),
     Rule("halved steps", "cdp_ident.likelihood.gauss_newton:_PATIENCE", 10**6),
 )
 

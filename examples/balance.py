@@ -16,6 +16,7 @@ import gc
 import sys
 from argparse import Namespace
 from pathlib import Path
+from time import monotonic
 from typing import Any
 
 import numpy as np
@@ -41,8 +42,10 @@ STILL = 0.02
 HELD = 60
 """… in so many samples."""
 MOST_LOST = 10
-"""After more lost samples than this the estimate is too old; and samples that are older do not tell that rods are held:
-what the line kept until the driver opened it arrives at once."""
+"""After more lost samples than this the estimate is too old."""
+AT_ONCE = 0.5
+"""Samples that arrive within this share of the time in which they were taken were kept by the line, as it keeps them
+until the driver opens it. They do not tell that rods are held."""
 
 
 class Balance:
@@ -72,10 +75,10 @@ class Balance:
         self._began_ns: int | None = None
         self._last_ns = 0
         self._held: list[np.ndarray] = []
+        self._arrived: list[float] = []
         self._farthest = 0.0
         self._reader = PositionReader(JointNames())
         self._commands = node.create_publisher(Float64, "cart_command", QoSProfile(depth=1))
-        self._clock = node.get_clock()
         self._subscription = Subscription(node, JointState, "joint_states", self._take)
         if options.fitted:
             self._take_model(read_parameter_file(options.fitted, "balance").taken(), str(options.fitted))
@@ -112,8 +115,7 @@ class Balance:
         samples = round((stamp_ns - self._last_ns) * 1e-9 / self._design.period)
         self._last_ns = stamp_ns
         if self._began_ns is None:
-            age = (self._clock.now().nanoseconds - stamp_ns) * 1e-9
-            if not self._is_held(deviation, age):
+            if not self._is_held(deviation):
                 return
             self._began_ns, self._farthest, samples = stamp_ns, 0.0, 0
             self._controller.begin(measured)
@@ -130,9 +132,10 @@ class Balance:
     def _balanced(self) -> float:
         return (self._last_ns - (self._began_ns or 0)) * 1e-9
 
-    def _is_held(self, deviation: np.ndarray, age: float) -> bool:
-        self._held = [*self._held[1 - HELD :], deviation[1:]] if age < MOST_LOST * self._design.period else []
-        if not self._held:
+    def _is_held(self, deviation: np.ndarray) -> bool:
+        self._held = [*self._held[1 - HELD :], deviation[1:]]
+        self._arrived = [*self._arrived[1 - HELD :], monotonic()]
+        if self._arrived[-1] - self._arrived[0] < AT_ONCE * (HELD - 1) * self._design.period:
             return False
         still = np.ptp(self._held, axis=0).max() < STILL and np.abs(self._held).max() < self._begin
         return bool(still and len(self._held) == HELD and abs(deviation[0]) < self._design.drive.rail)
@@ -146,7 +149,7 @@ class Balance:
 
     def _stop(self, words: str, exit_code: int) -> None:
         self._say(words)
-        self._began_ns, self._held = None, []
+        self._began_ns, self._held, self._arrived = None, [], []
         if self._controller:
             self._controller.begin()
         if np.isfinite(self._seconds):

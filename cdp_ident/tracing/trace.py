@@ -29,6 +29,9 @@ from cdp_ident.tracing.unexplained import Unexplained, unexplained
 Array = npt.NDArray[np.float64]
 Stage = Literal["nominal", "search", "refined", "effects"]
 
+_AT_LIMIT = 0.999
+"""An encoder's scale with this share of the largest one would be larger still."""
+
 
 @dataclass(frozen=True)
 class LongerWindows:
@@ -146,6 +149,7 @@ def judged(
         refuse_a_failed_fit([after.fit, after.holdout], data.noise_level)
     except FitFailedError as error:
         failure = failure or str(error)
+    failure = failure or (_wrong_counts(selection.after) if selection else "")
     if failure:
         selection, after = None, before
     if selection and is_worse(after.holdout.rmse(), before.holdout.rmse()):
@@ -194,6 +198,20 @@ def judged(
         failure=failure,
         failures=(*failures, *completed.failures),
     )
+
+
+def _wrong_counts(found: WholeSwings) -> str:
+    """Say of which encoder the counts per turn are wrong by more than any effect; nothing where those of none are."""
+    for index, active in enumerate(found.model.effects):
+        scale = active.fitted[0]
+        value = abs(float(found.values[found.model.places(index)][0]))
+        if active.effect.name == "encoder_scale" and value > _AT_LIMIT * scale.upper:
+            joint = active.effect.joint
+            return (
+                f"the fit failed: the {joint} joint's readings are more than {100.0 * scale.upper:.0f} % off its "
+                f"angle. Check the counts per turn (trial.{joint}_scale), and what the angles mean"
+            )
+    return ""
 
 
 def _errors(found: Identification, before: FinalModel, after: FinalModel) -> Mapping[Stage, ErrorsByRole]:

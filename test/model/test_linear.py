@@ -105,7 +105,7 @@ def test_an_effect_has_a_linear_part_just_where_the_smallest_motions_feel_it_in_
     alone = ActingEffects.of([(effect, typical)], 0.4)
 
     def added(state):
-        at, late = state[None], np.full(1, 10.0)
+        at, late = state[None], np.full(1, 10.0 if effect.at_an_instant else 0.0)
         return accelerations_at(COEFFICIENTS, at, np.zeros(1), alone, late) - accelerations_at(
             COEFFICIENTS, at, np.zeros(1)
         )

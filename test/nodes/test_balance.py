@@ -6,6 +6,7 @@ Its time runs slower than the wall's, that a busy machine be quick enough, but i
 """
 
 import importlib.util
+import itertools
 import signal
 import subprocess
 import sys
@@ -99,21 +100,19 @@ def test_samples_that_the_line_has_kept_do_not_tell_that_the_rods_are_held(liste
     balance = start_balance()
     listener.wait_for(lambda: samples.get_subscription_count() == 2)  # the listener itself, too
 
-    def publish(count, age):
-        now = listener.node.get_clock().now().nanoseconds
-        for k in range(count):
-            stamp = now - round(1e9 * (age - 0.005 * k))
+    def publish(count, spacing):
+        for _ in range(count):
             message = JointState(name=["cart_joint", "inner_joint", "outer_joint"], position=[0.0, 0.0, 0.0])
-            message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, 10**9)
+            message.header.stamp.sec, message.header.stamp.nanosec = divmod(next(stamps), 10**9)
             samples.publish(message)
+            time.sleep(spacing)
 
-    publish(100, age=1.0)
+    stamps = itertools.count(10**9, 5 * 10**6)
+    publish(100, spacing=0.0)
     listener.wait_for(lambda: len(listener.joint_states) == 100)
     time.sleep(0.3)
     assert (balance.said.count("balancing"), commands) == (0, [])
-    for _ in range(70):
-        publish(1, age=0.0)
-        time.sleep(0.005)
+    publish(70, spacing=0.005)
     listener.wait_for(lambda: "balancing" in balance.said and commands)
 
 

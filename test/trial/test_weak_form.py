@@ -54,29 +54,19 @@ def test_the_balance_holds_along_a_motion_of_a_rig_and_with_no_term_left_out(sta
         assert np.abs(rest - part)[moves].max() > 10 * np.abs(rest[moves]).max()
 
 
-def test_a_moving_cart_and_springs_across_the_joints_are_part_of_the_balance():
+def test_a_moving_cart_is_part_of_the_balance():
     m1, m2, m0, l1, l2, J1, J2, c1, c2, L, g = TABLE_5.values()
     A22 = m1 * l1**2 + J1 + (m2 + m0) * L**2
-    springs = {"s1": 0.4, "t1": 0.3, "s2": 0.2, "t2": -0.1}
     cart = 0.03 * sympy.sin(9 * pendulum.TIME)
-
-    def torque(_, state):
-        inner = springs["t1"] - springs["s1"] * (state[0] - np.pi)
-        outer = springs["t2"] - springs["s2"] * (state[1] - state[0])
-        return A22 * (inner - outer), A22 * outer
-
     time = np.arange(400) * 0.01
-    states = pendulum.motion(TABLE_5, START, time, cart, torque, 1e-8)
+    states = pendulum.motion(TABLE_5, START, time, cart, lambda _, state: (0.0, 0.0), 1e-8)
     numbers = {
         "A22": A22, "A23": m2 * l2 * L, "A33": m2 * l2**2 + J2, "G1": (m1 * l1 + (m2 + m0) * L) * g, "G2": m2 * l2 * g,
         "c1": c1, "c2": c2,
     }  # fmt: skip
-    numbers = {name: value / A22 for name, value in numbers.items()} | springs
-    rest, parts = left(
-        motion_of(states, cart_position(sympy.diff(cart, pendulum.TIME), time), spacing=0.01), g, numbers
-    )
-    assert np.abs(rest).max() < 3e-3
-    assert all(np.abs(part).max() > 0.05 for part in parts[-4:])
+    numbers = {name: value / A22 for name, value in numbers.items()}
+    moved = motion_of(states, cart_position(sympy.diff(cart, pendulum.TIME), time), spacing=0.01)
+    assert np.abs(left(moved, g, numbers)[0]).max() < 3e-3
     assert np.abs(left(motion_of(states, spacing=0.01), g, numbers)[0]).max() > 1.0
 
 
