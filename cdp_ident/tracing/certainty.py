@@ -6,6 +6,7 @@ A rig may have an effect that is not in the catalogue, and one that is may imita
 where little torque is left that no law gives, too.
 """
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
@@ -44,11 +45,24 @@ def probabilities(search: ModelSearch) -> tuple[float, ...]:
     others = [found for found in search.fitted.values() if found is not search.best and search.cost(found) >= least]
     models = [search.best, *others]
     weights = softmax([-0.5 * search.cost(found) for found in models])
-    names = [{_name(active) for active in found.model.effects} for found in models]
+    counts = [Counter(_name(active) for active in found.model.effects) for found in models]
     return tuple(
-        float(sum(weight for weight, there in zip(weights, names, strict=True) if _name(active) in there))
-        for active in search.best.model.effects
+        float(sum(weight for weight, there in zip(weights, counts, strict=True) if there[name] >= place))
+        for name, place in _places(search.best)
     )
+
+
+def _places(found: WholeSwings) -> list[tuple[_Name, int]]:
+    """Return each effect's name, and which one it is of those with that name: 1 is the one that is shown best.
+
+    Of several knocks or harmonics the second is there only where there are two.
+    """
+    names = [_name(active) for active in found.model.effects]
+    shown = [strength(found.model, found.values, found.covariance, index) for index in range(len(names))]
+    return [
+        (name, sum(other == name and by > own for other, by in zip(names, shown, strict=True)) + 1)
+        for name, own in zip(names, shown, strict=True)
+    ]
 
 
 def not_distinguished(search: ModelSearch) -> tuple[tuple[str, ...], ...]:

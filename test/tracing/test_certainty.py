@@ -15,6 +15,7 @@ from scenarios.swings import MODEL, known
 
 DRY, STRIBECK, DRAG = "coulomb_friction.outer", "stribeck_friction.outer", "air_drag.outer.strips"
 OFFSET, SPRING = "encoder_offset.inner", "joint_spring.outer"
+TWO = ("cogging_torque.inner.2 per turn", "cogging_torque.inner.3 per turn")
 
 
 def model(cost, *keys, torque=(0.0, 0.0)):
@@ -23,8 +24,14 @@ def model(cost, *keys, torque=(0.0, 0.0)):
     for key in keys:
         found = found.with_effect(ActiveEffect(known(key) if isinstance(key, str) else key))
     torque = np.array(torque)
+    # The first effect is shown best.
+    values = np.concatenate(
+        [np.zeros(len(MODEL.names)), *(np.full(len(a.fitted), 0.5**k) for k, a in enumerate(found.effects))]
+    )
     return SimpleNamespace(
         model=found,
+        values=values,
+        covariance=np.eye(len(values)),
         cost=cost,
         is_missing=torque > 0.0,
         torque=torque,
@@ -48,6 +55,8 @@ def search(*models):
         ([(0.0, DRY), (-50.0, STRIBECK), (2.0 * np.log(9.0),)], (0.9,)),
         # One form of an effect speaks for its name as another does.
         ([(0.0, DRAG), (0.0, "air_drag.outer.rotation"), (0.0,)], (2.0 / 3.0,)),
+        # Of two of a name the second is there only where both are.
+        ([(0.0, *TWO), (2.0 * np.log(9.0), TWO[1])], (1.0, 0.9)),
     ],
 )
 def test_the_probability_of_a_name_is_that_of_the_models_that_hold_it(models, expected):
