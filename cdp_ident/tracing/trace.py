@@ -205,7 +205,7 @@ def _wrong_counts(found: WholeSwings) -> str:
     for index, active in enumerate(found.model.effects):
         scale = active.fitted[0]
         value = abs(float(found.values[found.model.places(index)][0]))
-        if active.effect.name == "encoder_scale" and value > _AT_LIMIT * scale.upper:
+        if active.effect.is_scale and value > _AT_LIMIT * scale.upper:
             joint = active.effect.joint
             return (
                 f"the fit failed: the {joint} joint's readings are more than {100.0 * scale.upper:.0f} % off its "

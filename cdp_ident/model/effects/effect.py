@@ -182,6 +182,11 @@ class Effect:
         return bool(self.law.torque) and self._used <= {"angle"}
 
     @property
+    def is_scale(self) -> bool:
+        """Whether its encoder shows a multiple of the joint's angle."""
+        return bool(self.law.reading) and self._used == {"angle"} and len(self.parameters) == 1
+
+    @property
     def of_joint(self) -> bool:
         """Whether it depends on nothing but its joint's angle and speed."""
         return self._used <= {"angle", "speed"}
