@@ -7,7 +7,7 @@ where little torque is left that no law gives, too.
 """
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -128,13 +128,9 @@ def _stands_for_more(effect: Effect, model: MotionModel) -> bool:
 
     More torques over the joint's angle than a few harmonics are a curve, and more knocks than a few another motion.
     """
-    kinds: list[Callable[[Effect], bool]] = [lambda one: one.of_angle, lambda one: one.at_an_instant]
-    of_kind = [
-        [active for active in model.effects if is_one(active.effect) and active.effect.joint == effect.joint]
-        for is_one in kinds
-        if is_one(effect)
-    ]
-    return any(sum(len(active.fitted) for active in same) > 2 * SEVERAL for same in of_kind)
+    kind = effect.joint, effect.of_angle, effect.at_an_instant
+    same = [a for a in model.effects if (a.effect.joint, a.effect.of_angle, a.effect.at_an_instant) == kind]
+    return any(kind[1:]) and sum(len(active.fitted) for active in same) > 2 * SEVERAL
 
 
 def shown_by(selection: Selection, values: Array, covariance: Array) -> Selection:

@@ -198,7 +198,7 @@ def _contained(model: MotionModel, effect: Effect) -> int | None:
     return None
 
 
-def _by_name(found: WholeSwings, index: int) -> dict[str, float]:
+def _by_name(found: WholeSwings | Neighbour, index: int) -> dict[str, float]:
     """Return the values of an effect's parameters, by their names."""
     values = found.values[found.model.places(index)].tolist()
     return dict(zip((p.name for p in found.model.effects[index].fitted), values, strict=True))
@@ -316,9 +316,8 @@ def extended_replacements(found: WholeSwings, replacement: Neighbour, without: W
         replacement: see `replacements`.
         without: the model without the effect.
     """
-    active = replacement.model.effects[-1]
-    values = replacement.values[replacement.model.places(len(replacement.model.effects) - 1)].tolist()
-    known = dict(zip((p.name for p in active.fitted), values, strict=True))
+    last = len(replacement.model.effects) - 1
+    active, known = replacement.model.effects[last], _by_name(replacement, last)
     for form in _extended([active.effect]) if _hides_more(found) else []:
         yield _with(without, replace(active, effect=form), np.array(next(_beginnings(without, known, form))))
 

@@ -203,12 +203,12 @@ def judged(
 def _wrong_counts(found: WholeSwings) -> str:
     """Say of which encoder the counts per turn are wrong by more than any effect; nothing where those of none are."""
     for index, active in enumerate(found.model.effects):
-        scale = active.fitted[0]
-        value = abs(float(found.values[found.model.places(index)][0]))
-        if active.effect.is_scale and value > _AT_LIMIT * scale.upper:
-            joint = active.effect.joint
+        if not active.effect.is_scale:
+            continue
+        (largest,), joint = [parameter.upper for parameter in active.fitted], active.effect.joint
+        if np.all(np.abs(found.values[found.model.places(index)]) > _AT_LIMIT * largest):
             return (
-                f"the fit failed: the {joint} joint's readings are more than {100.0 * scale.upper:.0f} % off its "
+                f"the fit failed: the {joint} joint's readings are more than {100.0 * largest:.0f} % off its "
                 f"angle. Check the counts per turn (trial.{joint}_scale), and what the angles mean"
             )
     return ""

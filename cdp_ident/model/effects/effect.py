@@ -287,6 +287,12 @@ def in_joints(
     return tuple(Effect(name, joint, description, law, tuple(parameters), source, **rest) for joint in JOINTS)
 
 
+def zero_that_is_off(name: str, drifts: bool) -> tuple[EffectParameter, ...]:
+    """Return the parameters of a zero that is off by an angle of some name, always the same or drifting."""
+    drift = EffectParameter("drift", "rad/s", -0.05, 0.05, 0.001)
+    return EffectParameter(name, "rad", -0.3, 0.3, 0.01), *([drift] if drifts else [])
+
+
 def harmonic_in_joints(
     name: str, description: str, law: Law, periods: int, size: EffectParameter, source: str
 ) -> tuple[Effect, ...]:

@@ -8,7 +8,16 @@ absolute angles.
 
 import math
 
-from cdp_ident.model.effects.effect import JOINTS, Effect, EffectParameter, Law, State, harmonic_in_joints, in_joints
+from cdp_ident.model.effects.effect import (
+    JOINTS,
+    Effect,
+    EffectParameter,
+    Law,
+    State,
+    harmonic_in_joints,
+    in_joints,
+    zero_that_is_off,
+)
 
 _BEND = (
     "sag*(L*alpha1/g - sin(theta1) + u*cos(theta1)/g)"
@@ -32,7 +41,7 @@ ENCODERS = (
         "encoder_offset",
         "an encoder that is off by an angle",
         Law(reading="offset"),
-        [EffectParameter("offset", "rad", -0.3, 0.3, 0.01)],
+        zero_that_is_off("offset", drifts=False),
         "zero set while the rod did not hang still, or a loose coupling",
         acts_as_zero=True,
     ),
@@ -40,10 +49,7 @@ ENCODERS = (
         "encoder_offset",
         "an encoder whose zero drifts",
         Law(reading="offset + drift*t"),
-        [
-            EffectParameter("offset", "rad", -0.3, 0.3, 0.01),
-            EffectParameter("drift", "rad/s", -0.05, 0.05, 0.001),
-        ],
+        zero_that_is_off("offset", drifts=True),
         "a coupling that creeps, or an encoder that warms up, to first order",
         variant="drifting",
     ),

@@ -6,7 +6,16 @@ import math
 
 import numpy as np
 
-from cdp_ident.model.effects.effect import JOINTS, Effect, EffectParameter, Joint, Law, harmonic_in_joints, in_joints
+from cdp_ident.model.effects.effect import (
+    JOINTS,
+    Effect,
+    EffectParameter,
+    Joint,
+    Law,
+    harmonic_in_joints,
+    in_joints,
+    zero_that_is_off,
+)
 
 _PULSE = 0.01
 """Standard deviation in time of an impulse [s]."""
@@ -83,10 +92,7 @@ def _tilt(drifts: bool) -> Effect:
             torques=("a1*g*(sin(theta1 - now) - sin(theta1))", "m2_l2*g*(sin(theta2 - now) - sin(theta2))"),
             where=(("now", now),),
         ),
-        (
-            EffectParameter("tilt", "rad", -0.3, 0.3, 0.01),
-            *([EffectParameter("drift", "rad/s", -0.05, 0.05, 0.001)] if drifts else []),
-        ),
+        zero_that_is_off("tilt", drifts),
         "statics; the same motion as with an inner encoder that is off by the tilt",
         variant="drifting" if drifts else "",
         acts_as_zero=not drifts,

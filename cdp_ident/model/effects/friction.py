@@ -60,6 +60,8 @@ def _load_friction(joint: str, mass: float, moment: str) -> Effect:
 _WARMS_UP_IN = (3, 10)
 """Time constants that fits begin with [s]."""
 
+_DIES_AWAY = tuple(f"-drift*{tau}" for tau in _WARMS_UP_IN)
+"""What then changes in all, where it began to change evenly."""
 _TIME_CONSTANT = EffectParameter(
     "time_constant", "s", 0.3, 1000.0, 5.0, shape=True, begins=tuple(map(str, _WARMS_UP_IN))
 )
@@ -113,7 +115,7 @@ FRICTION = (
                 500.0,
                 0.05,
                 inertia_power=1,
-                begins=tuple(f"-drift*{tau}" for tau in _WARMS_UP_IN),
+                begins=_DIES_AWAY,
             ),
             _TIME_CONSTANT,
         ],
@@ -140,7 +142,7 @@ FRICTION = (
                 50.0,
                 0.01,
                 inertia_power=1,
-                begins=tuple(f"-drift*{tau}" for tau in _WARMS_UP_IN),
+                begins=_DIES_AWAY,
             ),
             _TIME_CONSTANT,
         ],
