@@ -248,8 +248,7 @@ def hidden_by_torques(found: WholeSwings) -> Iterator[Neighbour]:
         yield Neighbour(model, np.concatenate([found.values, strengths]), tuple(effect.key for effect in holding))
     for effect in known_effects():
         if effect.remembers and torque[effect.joint] > 0.0:
-            strength = effect.parameters[0].name
-            for values in _beginnings(found, {strength: torque[effect.joint]}, effect):
+            for values in _beginnings(found, {effect.parameters[0].name: torque[effect.joint]}, effect):
                 yield replace(_with(found, ActiveEffect(effect), np.array(values)), again=True)
         jumps = effect.states and effect.known_at_zero and not effect.moves
         if jumps or (effect.swings and found.base_moves):
