@@ -94,7 +94,10 @@ def eddy_currents(joint: Joint, size: float, periods: int, phase: float) -> Torq
 
 
 def stop(joint: Joint, stiffness: float, place: float, loss: float) -> Torque:
-    """Return an elastic stop [N m/rad] beyond an angle [rad], away from zero, that takes energy (Hunt and Crossley)."""
+    """Return an elastic stop [N m/rad] beyond an angle [rad], away from zero, that takes energy (Hunt and Crossley).
+
+    It does not pull where the joint leaves it fast.
+    """
     return Torque(STOP, joint, (stiffness, place, loss))
 
 
@@ -176,7 +179,7 @@ def add_torques(torques: Array, rig: Array, time: float, state: Array, rates: Ar
             depth = (angle - b) if b > 0.0 else (b - angle)
             inwards = rate if b > 0.0 else -rate
             if depth > 0.0:
-                in_joint = -math.copysign(a * depth * (1.0 + c * inwards), b)
+                in_joint = -math.copysign(a * depth * max(1.0 + c * inwards, 0.0), b)
         elif kind == DAHL:
             deflection = state[7 if outer else 6]
             in_joint = -b * deflection

@@ -20,6 +20,7 @@ from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.windows import NEAR_STEPS, Window
 from cdp_ident.machine.parallel import parallel_map
+from cdp_ident.model.layout import RODS_STATES
 from cdp_ident.trial.differences import MEDIAN_OF_SIZE
 
 Array = npt.NDArray[np.float64]
@@ -161,10 +162,21 @@ class _Shooting:
         rows = [slopes[own] @ by for own, by in zip(samples, by_first, strict=True)]
         right = [residuals[own] - slopes[own] @ by for own, by in zip(samples, joined, strict=True)]
         by_start, target = np.concatenate(rows).reshape(-1, starts.shape[1]), np.concatenate(right).ravel()
-        first = np.linalg.lstsq(by_start, target, rcond=_NOTHING)[0]
+        scale = self._scale(by_start)
+        first = scale * np.linalg.lstsq(by_start * scale, target, rcond=_NOTHING)[0]
         change = np.array(by_first) @ first + joined
         changed = sum(float(np.sum((slopes[own] @ of) ** 2)) for own, of in zip(samples, change, strict=True))
         return change, changed <= _NOTHING * float(np.sum((target - by_start @ first) ** 2))
+
+    def _scale(self, by_start: Array) -> Array:
+        """Return factors (states,) for the columns of a step's equations.
+
+        States of encoders are in units of their own, so they count by what they do to readings.
+        """
+        brings = [active.effect for active in self.model.effects for _ in range(active.effect.states)]
+        of_encoders = np.array([False] * RODS_STATES + [not effect.moves for effect in brings])
+        sizes = np.linalg.norm(by_start, axis=0)
+        return np.divide(sizes[:RODS_STATES].max(), sizes, out=np.ones(len(sizes)), where=of_encoders & (sizes > 0.0))
 
 
 def _with_zeros(found: Fit, trials: Sequence[int]) -> Array:

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.machine.calls import call, call_for_number, place
-from cdp_ident.machine.compilation import compiled, compiled_at, part
+from cdp_ident.machine.compilation import compiled, compiled_at, inlined, part
 from cdp_ident.model import layout as at
 from cdp_ident.model.advance import address_of_advance
 from cdp_ident.model.formulas.language import INPUTS
@@ -99,13 +99,17 @@ def compute(plan, given, starts, times, room, results):
     laws, work = unfolded(place(plan, 0), place(room, 0))
     for m in range(len(starts)):
         motion, memory = place(given, m * given.shape[1]), (place(plan, 0), place(room, 0))
-        for r in range(starts.shape[1]):
-            work.states[at.BEGIN, r] = starts[m, r]
-        reached = _make_steps(memory, laws, motion, work, times, m, next_ones, results)
+        late = _begin(memory, laws, motion, work, starts[m], times, m, next_ones, results)
+        first, last = times.steps_at[m], times.steps_at[m + 1]
+        reached = _make_steps(memory, laws, motion, work, times, m, first, last, late, next_ones, results)
         for r in range(starts.shape[1]):
             results.ends[m, r] = work.states[at.BEGIN, r] if reached else np.nan
             for d in range(np.uint64(work.directions)):
                 results.ends_by[m, r, d] = work.slopes[r, at.OLD, d]
+        if reached and len(results.readings) > 0 and min(next_ones[0], next_ones[1]) < times.samples_at[m + 1]:
+            # Up to what the earliest encoder shows of the last sample.
+            further = last + math.ceil(-min(late[0], late[1])) + 1
+            _make_steps(memory, laws, motion, work, times, m, last, further, late, next_ones, results)
         for j in range(next_ones[2], times.samples_at[m + 1] if len(results.states) > 0 else 0):
             for r in range(starts.shape[1]):
                 results.states[j, r] = np.nan
@@ -115,32 +119,95 @@ def compute(plan, given, starts, times, room, results):
 
 
 @part
-def _make_steps(memory, laws, motion, work, times, m, next_ones, results):
-    """Make all steps of a motion, and return whether its end is reached; samples up to `next_ones` are filled in."""
-    (plan, room), n, directions, step = memory, work.states.shape[1], work.directions, times.step[m]
-    state = work.states[at.BEGIN]
-    first, last = times.steps_at[m], times.steps_at[m + 1]
+def _begin(memory, laws, motion, work, start, times, m, next_ones, results):
+    """Begin a motion, read it before that where encoders are late, and return how late each is, in steps."""
     for k in range(3):
         next_ones[k] = times.samples_at[m]
-    for r in range(n):
-        for d in range(np.uint64(directions)):
+    _set(laws, work, start)
+    if len(laws.table) == 0:
+        return 0.0, 0.0
+    step = times.step[m]
+    late = lateness(laws, motion, work, 0) / step, lateness(laws, motion, work, 1) / step
+    if max(late[0], late[1]) > 0.0 and len(results.readings) > 0:
+        _read_before(memory, motion, work, times, m, late, next_ones, results)
+        _set(laws, work, start)
+    return late
+
+
+@inlined
+def _set(laws, work, start):
+    """Set the state, joints slipping forwards, and its derivatives by itself."""
+    for r in range(len(start)):
+        work.states[at.BEGIN, r] = start[r]
+        for d in range(np.uint64(work.directions)):
             work.slopes[r, at.OLD, d] = 1.0 if r == d else 0.0
     begin_modes(laws, work)
-    late = (
-        lateness(laws, motion, work, 0) / step if len(laws.table) > 0 else 0.0,
-        lateness(laws, motion, work, 1) / step if len(laws.table) > 0 else 0.0,
-    )
+
+
+@part
+def _read_before(memory, motion, work, times, m, late, next_ones, results):
+    """Read a motion before its beginning, joints slipping or sticking as they do there.
+
+    The laws' own states are held: backwards they may grow fast.
+    """
+    (plan, room), step, farthest = memory, times.step[m], max(late[0], late[1])
+    for back in range(1, math.ceil(farthest) + 1):
+        _fill_inputs(work, times, m, times.steps_at[m] - back)
+        begin = work.numbers[at.STEP_BEGIN]
+        if back == 1:
+            call(plan[at.SETTLE], (plan, motion, room, times.begin[m], input_at(work, 1.0), at.NO_EVENT, at.NO_EVENT))
+            for r in range(at.RODS_STATES, work.states.shape[1]):
+                work.modes[at.MODE, 2 + r] = 1
+        call(plan[at.STEP_ON], (plan, motion, room, begin, step, 1.0, -1.0, at.END, int(work.directions > 0)))
+        if work.directions > 0:
+            derivatives = place(work.matrices, 0), place(work.slopes, 0)
+            call(plan[at.ADVANCE], (*derivatives, -step, plan[at.DIRECTIONS]))
+        for joint in range(2):
+            for j in range(times.samples_at[m], times.samples_at[m + 1]):
+                when = times.place[j] - late[joint] + back
+                if when >= 1.0:
+                    break
+                if when >= 0.0:
+                    _read_sample(memory, motion, work, joint, j, 1.0, -1.0, when, step, results)
+                    next_ones[joint] = max(next_ones[joint], j + 1)
+        accept(work)
+        copy(work.states[at.RATES_AT + 4], work.states[at.RATES_AT])
+
+
+@part
+def _fill_inputs(work, times, m, k):
+    """Fill in when a step begins, and the cart's acceleration and the motors' torques at its beginning, middle and end.
+
+    Before the motion's first step and after its last one they go on evenly.
+    """
+    step = times.step[m]
+    given = min(max(k, times.steps_at[m]), times.steps_at[m + 1] - 1)
+    work.numbers[at.STEP_BEGIN] = times.begin[m] + (k - times.steps_at[m]) * step
+    work.numbers[at.PER_STEP] = 1.0 / step if len(times.drive) > 0 else 0.0
+    for half in range(3):
+        work.numbers[at.CART_INPUTS + half] = times.u[2 * given + m + half]
+        for joint in range(2 if len(times.drive) > 0 else 0):
+            work.numbers[at.DRIVES + 3 * joint + half] = times.drive[2 * given + m + half, joint]
+    for first in range(at.CART_INPUTS, at.DRIVES + 6 if k != given else 0, 3):
+        begin, middle, end = work.numbers[first], work.numbers[first + 1], work.numbers[first + 2]
+        slope = 4.0 * middle - 3.0 * begin - end if k < given else begin - 4.0 * middle + 3.0 * end
+        for half in range(3):
+            away = k - given + 0.5 * half - (0.0 if k < given else 1.0)
+            work.numbers[first + half] = (begin if k < given else end) + away * slope
+
+
+@part
+def _make_steps(memory, laws, motion, work, times, m, first, last, late, next_ones, results):
+    """Make steps of a motion, and return whether their end is reached; samples up to `next_ones` are filled in."""
+    (plan, room), n, step = memory, work.states.shape[1], times.step[m]
+    state = work.states[at.BEGIN]
     loose, crossed, fresh = at.NO_EVENT, at.NO_EVENT, True
     for k in range(first, last):
         if max(abs(state[2]), abs(state[3])) * step > FASTEST:
             return False
-        for half in range(3):
-            work.numbers[at.CART_INPUTS + half] = times.u[2 * k + m + half]
-            for joint in range(2 if len(times.drive) > 0 else 0):
-                work.numbers[at.DRIVES + 3 * joint + half] = times.drive[2 * k + m + half, joint]
+        _fill_inputs(work, times, m, k)
         work.numbers[at.LONGEST] = 1.0
-        begin, done, work.modes[at.PROGRESS, at.EVENTS] = times.begin[m] + (k - first) * step, 0.0, 0
-        work.numbers[at.STEP_BEGIN], work.numbers[at.PER_STEP] = begin, 1.0 / step if len(times.drive) > 0 else 0.0
+        begin, done, work.modes[at.PROGRESS, at.EVENTS] = work.numbers[at.STEP_BEGIN], 0.0, 0
         for parts in range(_MOST_PARTS + 1):
             if done >= 1.0:
                 break
@@ -154,7 +221,7 @@ def _make_steps(memory, laws, motion, work, times, m, next_ones, results):
             share = call_for_number(plan[at.MAKE_PART], (plan, motion, room, begin, step, done))
             stopped = work.modes[at.PROGRESS, at.STOPPED]
             reached = done + share if done + share <= 1.0 - AT_ONCE else 1.0
-            _read(memory, motion, work, times, m, k - first, done, reached, late, next_ones, results)
+            _read(memory, motion, work, times, m, k - times.steps_at[m], done, reached, late, next_ones, results)
             if stopped >= 0:
                 copy(work.states[at.RATES_AT + 4], work.states[at.TRIAL])
             accept(work)
@@ -178,20 +245,14 @@ def _make_steps(memory, laws, motion, work, times, m, next_ones, results):
 @part
 def _read(memory, motion, work, times, m, k, done, reached, late, next_ones, results):
     """Read the motion at all samples in a part of a step."""
-    (plan, room), step, last = memory, times.step[m], k == times.steps_at[m + 1] - times.steps_at[m] - 1
+    step, last = times.step[m], k == times.steps_at[m + 1] - times.steps_at[m] - 1
     end, share = times.samples_at[m + 1], reached - done
     for joint in range(2 if len(results.readings) > 0 else 0):
         while next_ones[joint] < end:
-            j = next_ones[joint]
-            when = times.place[j] - late[joint] - k
-            if when > reached + _ROUNDING and not (last and reached == 1.0):
+            when = times.place[next_ones[joint]] - late[joint] - k
+            if when > reached + _ROUNDING:
                 break
-            t, u, by = times.begin[m] + (k + when) * step, input_at(work, when), (2 * j + joint) * results.by.shape[2]
-            u_rate = (input_at(work, when + _SLIGHTLY) - u) / (_SLIGHTLY * step)
-            there = (when - done) / share, share * step, t, u, u_rate
-            results.readings[j, joint] = call_for_number(
-                plan[at.READ_ENCODER], (plan, motion, room, joint, *there, place(results.by, by))
-            )
+            _read_sample(memory, motion, work, joint, next_ones[joint], done, share, when, step, results)
             next_ones[joint] += 1
     while len(results.states) > 0 and next_ones[2] < end:
         when = times.place[next_ones[2]] - k
@@ -202,6 +263,17 @@ def _read(memory, motion, work, times, m, k, done, reached, late, next_ones, res
         for r in range(results.by.shape[1] if work.directions > 0 else 0):
             copy(work.slopes[r, at.AT_READING], results.by[next_ones[2], r])
         next_ones[2] += 1
+
+
+@part
+def _read_sample(memory, motion, work, joint, j, done, share, when, step, results):
+    """Read a sample of a joint in a part of a step, from `done` on, that is made; `when` is its place in the step."""
+    plan, room = memory
+    u = input_at(work, when)
+    u_rate = (input_at(work, when + _SLIGHTLY) - u) / (_SLIGHTLY * step)
+    t, by = work.numbers[at.STEP_BEGIN] + when * step, place(results.by, (2 * j + joint) * results.by.shape[2])
+    there = (joint, (when - done) / share, share * step, t, u, u_rate)
+    results.readings[j, joint] = call_for_number(plan[at.READ_ENCODER], (plan, motion, room, *there, by))
 
 
 @part

@@ -32,11 +32,8 @@ class TimeGrid:
     """(n,) when each measurement is made, in steps."""
 
     @classmethod
-    def over(cls, times: Array, step: float = DEFAULT_STEP, earliest: float = 0.0) -> "TimeGrid":
-        """Lay the grid over measurement times (n,) [s], ascending, none before `earliest` [s].
-
-        Times before 0 are reached by the first step's polynomial, whose error grows with the fourth power of how far
-        before they are.
+    def over(cls, times: Array, step: float = DEFAULT_STEP) -> "TimeGrid":
+        """Lay the grid over measurement times (n,) [s], ascending from 0 on.
 
         Raises:
             OptionError: the times are not ascending from 0 on, or the step is not positive.
@@ -46,7 +43,7 @@ class TimeGrid:
             raise OptionError(f"the step of the integrator is {step} s; it must be positive (0.005 s is usual)")
         if times.ndim != 1 or len(times) == 0 or not np.all(np.isfinite(times)):
             raise OptionError("a simulation needs a list of finite times at which to give the motion")
-        if times[0] < earliest or np.any(np.diff(times) < 0):
+        if times[0] < 0.0 or np.any(np.diff(times) < 0):
             raise OptionError("the times of a simulation must ascend and not lie before its start at 0 s")
         place = times / step
         return cls(float(step), int(_index(place)[-1]) + 1, place)

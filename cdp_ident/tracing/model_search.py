@@ -103,9 +103,10 @@ class ModelSearch:
         """
         while True:
             neighbours = first(each for each in self._additions[0] if len(each.model.effects) <= _MOST_EFFECTS)
-            tried, by_scores_alone = [(each, None) for each in (*suggested, *neighbours)], not suggested
+            extended = [forms[0] for of in extended_models(self.best) for forms in of if not forms[0].is_scored]
+            tried = [(each, None) for each in (*suggested, *neighbours, *extended)]
             suggested = ()
-            if self._move(before := self.best, tried, "added", must_explain=by_scores_alone):
+            if self._move(before := self.best, tried, "added"):
                 if self.best.model.effects[-1].effect.curve is not None:
                     self._spell_out(before)
                 self._simplify()
@@ -136,7 +137,6 @@ class ModelSearch:
         origin: WholeSwings,
         neighbours: Sequence[tuple[Neighbour, WholeSwings | None]],
         action: str,
-        must_explain: bool = False,
     ) -> bool:
         """Fit neighbours, and go on from the most probable model; return whether that is another one.
 
@@ -144,15 +144,12 @@ class ModelSearch:
             origin: the model that they begin from.
             neighbours: to be fitted; each may begin from another model.
             action: in words.
-            must_explain: whether it has to leave less of a missing torque, if it has more values.
         """
         tried = self._fit_all(origin, neighbours)
         if not tried:
             return False
         best, what = min(tried, key=lambda pair: self.cost(pair[0]))
         before, better = self.best, self.cost(best) < self.cost(self.best)
-        if better and must_explain and len(best.values) > len(before.values):
-            better = _explains(before, best)
         if better:
             self.best = best
             action = f"{action} {' and '.join(what)}"
@@ -204,7 +201,7 @@ class ModelSearch:
         behind = origin.misfit - self.best.misfit
         promising, _ = additions(origin, self._named_only, lasting=True, behind=behind)
         neighbours = [(replace(each, again=True), origin) for each in first(promising)]
-        return self._move(origin, neighbours, "added", must_explain=True)
+        return self._move(origin, neighbours, "added")
 
     def _zeros(self) -> bool:
         """Try encoders whose zeros differ from trial to trial."""
@@ -232,7 +229,7 @@ class ModelSearch:
             neighbours, _ = additions(named, named_only=True)
             better = self._better(named, [*alike, *first(neighbours)])
             alike = []
-            if better is None or not _explains(named, better[0]):
+            if better is None:
                 extended = (self._better(named, [begins[0] for begins in forms]) for forms in extended_models(named))
                 better = next(filter(None, extended), None)
             if better is None:
@@ -273,7 +270,7 @@ class ModelSearch:
             extended = [form for each in others for form in extended_replacements(self.best, each, without)]
             alternatives += [(each, without) for each in (*others, *extended)]
             alternatives += [(each[0], without) for forms in extended_models(without) for each in forms]
-        return self._move(self.best, alternatives, "exchanged for", must_explain=True)
+        return self._move(self.best, alternatives, "exchanged for")
 
     def _fit_all(
         self,
@@ -338,16 +335,8 @@ _HOPELESS = 30.0
 """A model whose misfit is larger than the best one's by this is not fitted to the end."""
 _SURE = 100.0
 """An effect whose strength has a larger square, in its standard deviations, is not tried to be dropped."""
-_SHARE = 0.9
-"""Where torques are missing still, an effect leaves at most this share of their mean square in a joint."""
 _AT_LEAST = 1e-2
 """Unknown torques to begin with where an effect is left out, over large ones."""
-
-
-def _explains(before: WholeSwings, after: WholeSwings) -> bool:
-    """Return whether nothing is missing any more, or at least less than before."""
-    left = (after.noise.torque_with_tails / before.noise.torque_with_tails) ** 2
-    return not np.any(after.is_missing) or bool(np.any(left[before.is_missing] < _SHARE))
 
 
 def _key(model: MotionModel) -> Key:

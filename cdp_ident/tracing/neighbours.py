@@ -34,6 +34,9 @@ _ALTERNATIVES = 0.9
 """Another effect is tried in the place of one if its score is at least this share of that: of those that came within
 odds of 10^5 it was all of it."""
 
+_FREQUENCIES = 2.0 ** np.arange(-1, 5)
+"""A mode of the base is looked for at so many times its typical frequency."""
+
 
 @dataclass(frozen=True)
 class Neighbour:
@@ -46,6 +49,11 @@ class Neighbour:
     """Keys of the effects that it has more, or has no longer."""
     again: bool = False
     """Whether it is fitted even if it was before, from elsewhere."""
+
+    @property
+    def is_scored(self) -> bool:
+        """Whether a score tells what its last effect does."""
+        return self.model.effects[-1].effect.has_score
 
 
 def first(neighbours: Iterable[Neighbour]) -> list[Neighbour]:
@@ -81,20 +89,28 @@ def additions(
         if is_curve or effect.harmonic:
             tried.add(one_of_many)
         if worth and score.misfit + ambiguity(score.active, found.recorded) < _PROMISES - behind:
-            neighbours += [*_longer(found, score), _with(found, score.active, score.values)]
+            neighbours += [*_holding_both(found, score), _with(found, score.active, score.values)]
             neighbours += [replace(_with(found, score.active, of), again=True) for of in score.elsewhere]
     return neighbours, scored
 
 
-def _longer(found: WholeSwings, score: Score) -> Iterator[Neighbour]:
-    """Yield models in which an impulse that a model has lasts, in place of another impulse beside it."""
+def _holding_both(found: WholeSwings, score: Score) -> Iterator[Neighbour]:
+    """Yield models with one effect in the place of one that a model has and of another one beside it.
+
+    Two impulses may be one that lasts, and an encoder that is late and filtered beyond that is behind a filter.
+    """
+    kind = score.active.effect.name, score.active.effect.joint
     for index, active in enumerate(found.model.effects):
-        if active.effect != score.active.effect or active.trial != score.active.trial:
-            continue
         for form in _extended([active.effect]):
-            (one, at), (other, also_at) = found.values[found.model.places(index)].tolist(), score.values.tolist()
-            values = [one + other, 0.5 * (at + also_at), 0.5 * abs(at - also_at)]
-            yield _instead(found, index, replace(active, effect=form), values)
+            if (form.name, form.joint) != kind or form == score.active.effect or active.trial != score.active.trial:
+                continue
+            if form.at_an_instant:
+                (one, at), (other, also_at) = found.values[found.model.places(index)].tolist(), score.values.tolist()
+                begins = [[one + other, 0.5 * (at + also_at), 0.5 * abs(at - also_at)]]
+            else:
+                begins = [*_beginnings(found, _by_name(found, index), form)]
+            for values in begins:
+                yield replace(_instead(found, index, replace(active, effect=form), values), again=True)
 
 
 def _scores(found: WholeSwings, named_only: bool, lasting: bool = False) -> list[Score]:
@@ -250,10 +266,15 @@ def hidden_by_torques(found: WholeSwings) -> Iterator[Neighbour]:
         if effect.remembers and torque[effect.joint] > 0.0:
             for values in _beginnings(found, {effect.parameters[0].name: torque[effect.joint]}, effect):
                 yield replace(_with(found, ActiveEffect(effect), np.array(values)), again=True)
-        jumps = effect.states and effect.known_at_zero and not effect.moves
-        if jumps or (effect.swings and found.base_moves):
-            for values in _beginnings(found, {}, effect, 1):
-                yield replace(_with(found, ActiveEffect(effect), np.array(values)), again=True)
+        begins = list[dict[str, float]]()
+        if effect.states and effect.known_at_zero and not effect.moves:
+            begins = [{}]
+        elif effect.swings and found.base_moves:
+            (frequency,) = (p for p in ActiveEffect(effect).fitted if p.shape and p.begins)
+            begins = [{frequency.name: f * typical(frequency, found.recorded.time_unit)} for f in _FREQUENCIES]
+        for known in begins:
+            values = next(_beginnings(found, known, effect, 1))
+            yield replace(_with(found, ActiveEffect(effect), np.array(values)), again=True)
 
 
 def _beginnings(

@@ -103,6 +103,15 @@ def test_states_that_effects_bring_are_fitted_with_the_rods(windows):
     assert np.any(starts[:, 4:])
 
 
+def test_the_state_of_an_encoder_with_a_mode_of_its_own_is_fitted_however_little_its_unit_says():
+    model = MODEL.with_effect(ActiveEffect(known("encoder_compliance.inner.oscillating")))
+    values, trial = np.append(TRUTH, [3e-4, 0.05]), standard_twin(np.random.default_rng(0))
+    (whole,) = cut_into_windows([trial], 10.0)
+    theta = model.motions_in(values, [model.initial_state(whole.start)], [whole]).readings
+    followed = fit_initial_states(model, values, cut_into_windows([replace(trial, theta=theta)], 1.25))
+    assert followed.rmse() < 1e-6
+
+
 def test_a_state_that_an_effect_brings_stays_near_where_it_can_be_though_the_motion_hardly_shows_it():
     windows = cut_into_windows([standard_twin(np.random.default_rng(0))], 1.25)[:3]
     model, values = MODEL.with_effect(ActiveEffect(known("presliding_friction.outer"))), np.append(TRUTH, [0.05, 3e-3])

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from cdp_ident.model.acting import ActingEffects
+from cdp_ident.model.acting import NO_EFFECTS, ActingEffects
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.motions import accelerations_at, jacobians_at, simulate
 from cdp_ident.model.parameters import SYMBOLS, inertia_about_cart, physical_coefficients
@@ -152,3 +152,14 @@ def test_accelerations_at_rest_are_those_of_joints_that_stick_where_they_can():
     np.testing.assert_allclose(found, expected, atol=1e-9)
     assert found[0, 0] == 0.0
     assert np.all(found[1] == 0.0)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_an_end_stop_pushes_a_joint_back_and_does_not_pull_one_that_leaves_it_fast(side):
+    stop = ActingEffects.of([(EFFECTS["end_stop.outer"], (10.0, 0.5 * side, 0.2))], 0.4)
+    at = side * 0.6  # [rad]
+    states = np.array([[np.pi, np.pi + at, 0.0, side * speed] for speed in (2.0, 0.0, -2.0, -5.0, -9.0)])
+    alone, held = (accelerations_at(COEFFICIENTS, states, np.zeros(5), effects) for effects in (NO_EFFECTS, stop))
+    pushed = -side * ((held - alone) @ [-1.0, 1.0])
+    assert pushed[0] > pushed[1] > pushed[2] > 0.0
+    np.testing.assert_allclose(pushed[3:], 0.0, atol=1e-9)

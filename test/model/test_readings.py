@@ -48,7 +48,6 @@ def problem(effects, start=START, time=TIME, begin=0.0):
     """Return a motion with effects, given by key or as they are."""
     chosen = [(EFFECTS.get(effect, effect), values) for effect, *values in effects]
     grid = TimeGrid.over(time, 0.001)
-    grid = replace(grid, steps=grid.steps + 50)  # up to what an early encoder sees
     acting = ActingEffects.of(chosen, 0.4, fitted=True)
     return InitialValueProblem(COEFFICIENTS, start, grid, np.zeros(2 * grid.steps + 1), acting, begin)
 

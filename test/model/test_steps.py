@@ -43,16 +43,6 @@ def test_a_step_is_divided_where_a_motion_asks_for_it(fast, divided):
     assert (np.abs(undivided - exact)[:, :2].max() > 3e-5) == divided
 
 
-def test_samples_before_the_first_step_and_between_steps_are_read():
-    times = np.array([-0.002, 0.0031, 0.2])
-    grid = TimeGrid.over(times, 0.005, earliest=-0.01)
-    problem = InitialValueProblem(COEFFICIENTS, np.array(TABLE_3), grid, np.zeros(2 * grid.steps + 1))
-    early, *later = motions([problem], shown=False).states
-    expected = simulate(COEFFICIENTS, early, np.array([0.002, 0.0051, 0.202]), step=0.0005)
-    np.testing.assert_allclose([TABLE_3, *later], expected, rtol=0, atol=2e-5)
-    np.testing.assert_allclose([TABLE_3[:2], *(state[:2] for state in later)], expected[:, :2], rtol=0, atol=1e-6)
-
-
 def test_a_motion_that_becomes_infinite_within_a_step_is_given_up():
     """What moves along with the cart is lighter than the rods, which no cart is: the inertia passes through zero."""
     coefficients = np.array(

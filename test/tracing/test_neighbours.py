@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.model.effects.catalogue import known_effects
@@ -118,6 +119,20 @@ def test_an_extended_model_that_has_a_score_is_proposed_in_the_place_of_what_it_
     assert any(known(key).contains == "coulomb_friction" for key in found)
 
 
+def test_a_filter_of_first_order_is_proposed_for_an_encoder_that_is_late_and_filtered_beyond_that():
+    trial, share = measured(motion(), np.random.default_rng(3), noise=0.0), np.exp(-TIME[1] / 0.02)
+    outer = trial.theta[:, 1] - trial.theta[:, 0]
+    behind = lfilter([1.0 - share], [1.0, -share], outer, zi=[share * outer[0]])[0]
+    filtered = replace(trial, theta=trial.theta + np.outer(behind - outer, [0.0, 1.0]))
+    late = with_effect(fitted(recorded([filtered])), "time_offset.outer", 0.02)
+    key = "encoder_filter.outer.first order"
+    proposed = [each for each in additions(late, named_only=True)[0] if each.what == (key,)]
+    assert proposed
+    for neighbour in proposed:
+        assert [active.effect.key for active in neighbour.model.effects] == list(neighbour.what)
+        assert neighbour.values[-1] == pytest.approx(late.values[-1])
+
+
 @pytest.mark.parametrize(("step", "proposed"), [(1e-4, True), (0.009, True), (0.011, False)])
 def test_lost_counts_below_half_an_encoder_s_step_are_not_proposed(step, proposed):
     trial = measured(motion(), np.random.default_rng(2))
@@ -128,15 +143,17 @@ def test_lost_counts_below_half_an_encoder_s_step_are_not_proposed(step, propose
     assert ("encoder_slip.outer" in [neighbour.what[0] for neighbour in neighbours]) == proposed
 
 
-def test_where_the_base_moves_a_mode_of_its_own_is_proposed_with_more_than_the_rods_mass(rubbing):
+def test_where_the_base_moves_modes_of_its_own_are_proposed_with_more_than_the_rods_mass(rubbing):
     moving = replace(rubbing, noise=replace(rubbing.noise, of_base=True), is_missing=np.array([True, False]))
-    keys = [each.what for each in hidden_by_torques(moving)]
-    assert keys.count(("pivot_compliance.base.oscillating",)) == 3
-    each = next(e for e in hidden_by_torques(moving) if e.model.effects[-1].effect.swings)
-    compliance, frequency, _ = each.values[-3:]
-    A23, A33, a1, *_ = each.values
-    rods = a1**2 + (A23 / each.model.coefficients(each.values)[COEFFICIENTS.index("L")]) ** 2 / A33
-    assert 1.0 / (compliance * frequency**2) == pytest.approx(1.5 * rods)
+    proposed = [each for each in hidden_by_torques(moving) if each.model.effects[-1].effect.swings]
+    frequencies = [each.values[-2] for each in proposed]
+    np.testing.assert_allclose(np.divide(frequencies[1:], frequencies[:-1]), 2.0)
+    for each in proposed:
+        compliance, frequency, _ = each.values[-3:]
+        A23, A33, a1, *_ = each.values
+        rods = a1**2 + (A23 / each.model.coefficients(each.values)[COEFFICIENTS.index("L")]) ** 2 / A33
+        assert 1.0 / (compliance * frequency**2) == pytest.approx(1.5 * rods)
+    assert not any(each.model.effects[-1].effect.swings for each in hidden_by_torques(rubbing))
 
 
 def test_dry_friction_is_proposed_in_joints_where_a_torque_is_missing_and_play_everywhere(rubbing, clean):

@@ -18,7 +18,8 @@ from cdp_ident.model.effects.effect import (
 )
 
 _PULSE = 0.01
-"""Standard deviation in time of an impulse [s]."""
+"""Standard deviation in time of an impulse [s]; of one whose duration is fitted the least is `_SHORTEST`."""
+_SHORTEST = 0.003
 COGGING_PERIODS = tuple(range(2, 17))
 """How often in a turn a cogging torque may repeat. Once a turn is an unbalance, which gravity's terms hold already."""
 
@@ -110,7 +111,7 @@ def _impulse(joint: Joint, lasts: bool) -> Effect:
         (
             EffectParameter("impulse", "N m s", -50.0, 50.0, 0.05, inertia_power=1),
             EffectParameter("time", "s", 0.0, math.inf, 0.0, width=math.inf, shape=True),
-            *([EffectParameter("duration", "s", _PULSE, 2.0, 0.1, shape=True)] if lasts else []),
+            *([EffectParameter("duration", "s", _SHORTEST, 2.0, 0.1, shape=True)] if lasts else []),
         ),
         f"a torque pulse of {'some' if lasts else f'{_PULSE} s'} standard deviation",
         "lasting" if lasts else "",
@@ -173,8 +174,9 @@ FORCES = (
         "end_stop",
         "an elastic end stop",
         Law(
-            torque="-stiffness*past*(1 + loss*speed*sign(place))*step(past*place)",
-            where=(("past", "angle - place"),),
+            # It pushes and does not pull: a joint that leaves it faster than it can follow is free.
+            torque="-stiffness*past*pressed*step(past*place)*step(pressed)",
+            where=(("past", "angle - place"), ("pressed", "1 + loss*speed*sign(place)")),
         ),
         [
             EffectParameter("stiffness", "N m/rad", 0.0, 5000.0, 1.0, inertia_power=1),
