@@ -28,6 +28,7 @@ from cdp_ident.tracing.lost_counts import with_better_instants
 from cdp_ident.tracing.neighbours import (
     Neighbour,
     additions,
+    at_the_place_of,
     extended_models,
     extended_replacements,
     first,
@@ -263,6 +264,7 @@ class ModelSearch:
         """Try other effects in the place of each one, their extended forms, and an extended model of another one."""
         alternatives: list[tuple[Neighbour, WholeSwings | None]] = []
         for index in range(len(self.best.model.effects)):
+            alternatives += [(each, None) for each in at_the_place_of(self.best, index)]
             without = self.without(index)
             if without is None:
                 continue

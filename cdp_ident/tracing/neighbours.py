@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Models that differ from one by an effect: what may be added, what may take an effect's place, what may go."""
 
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
@@ -12,12 +13,14 @@ import numpy.typing as npt
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.likelihood.prior import typical
-from cdp_ident.likelihood.scores import PLACES, SHAPES, Score, begun, scores, shocks
+from cdp_ident.likelihood.scores import PLACES, SHAPES, Score, beginnings, begun, scores, shocks
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.effects.effect import JOINTS, Effect, exclude_each_other
 from cdp_ident.model.formulas.language import COEFFICIENTS
 from cdp_ident.model.formulas.syntax import evaluated
+from cdp_ident.model.layout import RODS_STATES
+from cdp_ident.model.time_grid import between
 from cdp_ident.tracing.missing_torque import MissingTorque
 from cdp_ident.tracing.odds import ambiguity, unlikelihood
 
@@ -34,6 +37,10 @@ _ALTERNATIVES = 0.9
 """Another effect is tried in the place of one if its score is at least this share of that: of those that came within
 odds of 10^5 it was all of it."""
 
+_AHEAD = np.array([1.0, 2.0, 4.0])
+"""What acts at a place begins so many times as long before an impulse as that lasts, in standard deviations, ..."""
+_SHORT = 0.05
+"""... which for one without a duration is so many time units."""
 _FREQUENCIES = 2.0 ** np.arange(-1, 5)
 """A mode of the base is looked for at so many times its typical frequency."""
 
@@ -340,6 +347,41 @@ def extended_replacements(found: WholeSwings, replacement: Neighbour, without: W
     active, known = replacement.model.effects[last], _by_name(replacement, last)
     for form in _extended([active.effect]) if _hides_more(found) else []:
         yield _with(without, replace(active, effect=form), np.array(next(_beginnings(without, known, form))))
+
+
+def at_the_place_of(found: WholeSwings, index: int) -> Iterator[Neighbour]:
+    """Yield models in which what acts at a place takes that of an impulse: its joint may have been there once.
+
+    It begins where the joint was shortly before, and is as strong as makes the impulse on the way from there.
+
+    Args:
+        found: a model.
+        index: of the effect; there are none unless it is an impulse.
+    """
+    active = found.model.effects[index]
+    if not (active.effect.at_an_instant and active.effect.moves):
+        return
+    joint, (impulse, instant, *duration) = active.effect.joint, found.values[found.model.places(index)].tolist()
+    lasts = duration[0] if duration else _SHORT * found.recorded.time_unit
+    for swing, states in zip(found.recorded.swings, found.states, strict=True):
+        nodes = swing.begin + swing.node_times
+        if swing.trial != active.trial or not nodes[0] <= instant <= nodes[-1]:
+            continue
+        angles, speeds = (
+            np.diff(of, axis=1, prepend=zero)[:, JOINTS.index(joint)]
+            for of, zero in ((states[:, :2], np.pi), (states[:, 2:RODS_STATES], 0.0))
+        )
+        for effect in (e for e in known_effects() if e.at_place_of_joint and e.joint == joint):
+            fitted = ActiveEffect(effect).fitted
+            usual = next(beginnings(ActiveEffect(effect), found.recorded.time_unit))
+            strength = next(k for k, parameter in enumerate(fitted) if not parameter.shape)
+            place = next(k for k, parameter in enumerate(fitted) if parameter.shape and parameter.begins)
+            for ahead in _AHEAD * lasts:
+                values = usual.copy()
+                values[place], end = between(nodes, angles, speeds, np.array([instant - ahead, instant]))
+                values[strength] = abs(impulse) / max(ahead * abs(end - values[place]), 1e-9)
+                values[place] = math.remainder(values[place], 2.0 * math.pi)
+                yield replace(_instead(found, index, ActiveEffect(effect), values.tolist()), again=True)
 
 
 def simplifications(found: WholeSwings, sure: float) -> Iterator[Neighbour]:

@@ -42,8 +42,7 @@ def shaped_like_the_last(found: WholeSwings) -> Iterator[tuple[ActiveEffect, Arr
         return
     root = np.linalg.cholesky(np.linalg.inv(found.covariance[place, place])).T
     for effect in known_effects():
-        of_joint = effect.of_joint and bool(effect.law.torque) and not effect.states
-        if effect.is_local and of_joint and effect.joint == last.effect.joint:
+        if effect.at_place_of_joint and effect.joint == last.effect.joint:
             yield ActiveEffect(effect), _most_like(effect, curve, found.values[place], root, found.recorded.time_unit)
 
 

@@ -14,6 +14,7 @@ from cdp_ident.model.formulas.language import COEFFICIENTS
 from cdp_ident.tracing.missing_torque import MissingTorque
 from cdp_ident.tracing.neighbours import (
     additions,
+    at_the_place_of,
     extended_models,
     extended_replacements,
     hidden_by_torques,
@@ -217,6 +218,19 @@ def test_what_takes_an_effect_s_place_may_do_so_in_its_extended_forms_where_a_to
     assert strengths == {dry.values[-1]}
     assert not with_friction.leaves_more.any()
     assert not list(extended_replacements(with_friction, dry, rubbing))
+
+
+def test_a_stop_that_a_joint_hits_once_may_be_what_an_impulse_is_taken_for(rubbing, with_friction):
+    struck = with_effect(rubbing, "impulse.outer", 0.1, 1.0, trial=0)
+    proposed = list(at_the_place_of(struck, 0))
+    assert {neighbour.what[0] for neighbour in proposed} == {"end_stop.outer", "magnet.outer"}
+    node = np.searchsorted(struck.recorded.swings[0].node_times, struck.values[-1])
+    near = np.diff(struck.states[0][node - 2 : node + 2, :2], axis=1)[:, 0]
+    for neighbour in proposed:
+        stiffness, place, *_ = neighbour.values[5:]
+        assert -0.5 < (place - near.min()) % (2.0 * np.pi) < np.ptp(near) + 0.5
+        assert stiffness > 0.0
+    assert not list(at_the_place_of(with_friction, 0))
 
 
 def test_an_instant_takes_the_place_of_nothing(rubbing, with_friction):

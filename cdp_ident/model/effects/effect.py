@@ -263,6 +263,11 @@ class Effect:
         return not self.contains and any(p.begins for p in self.parameters if p.shape and not p.fixed)
 
     @property
+    def at_place_of_joint(self) -> bool:
+        """Whether it is a torque that acts where its joint is at a place."""
+        return self.is_local and self.of_joint and bool(self.law.torque) and not self.states
+
+    @property
     def remembers(self) -> bool:
         """Whether it is a torque in its joint that depends on what the joint did before."""
         return bool(self.law.torque and self.law.states)
