@@ -131,6 +131,10 @@ _DISTINCTION = {
     "encoder_scale": ("The error grows with the angle from hanging; an offset is constant, an eccentricity periodic."),
     "encoder_eccentricity": ("The error is a sine of the joint's angle, once a turn."),
     "encoder_harmonic": ("The error is a sine of two to four times the joint's angle."),
+    "encoder_interpolation": (
+        "The error is a sine of many times the joint's angle, so it looks like noise over time. Rounding repeats more "
+        "often still, and noise has no period."
+    ),
     "encoder_compliance": (
         "The error is minus the joint's acceleration times the compliance: the encoder lags behind where the joint "
         "speeds up. A belt that oscillates leaves ripples at its own frequency, seen by this encoder alone."

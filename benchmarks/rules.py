@@ -93,7 +93,6 @@ RULES = (
     Rule("zeros by trial", "cdp_ident.tracing.model_search:ModelSearch._zeros", _no),
     Rule("extended models", "cdp_ident.tracing.model_search:ModelSearch._enrich", _no),
     Rule("replacements", "cdp_ident.tracing.model_search:ModelSearch._replace", _no),
-    Rule("less torque is missing", "cdp_ident.tracing.model_search:_explains", _yes),
     Rule("names for a curve", "cdp_ident.tracing.model_search:ModelSearch._spell_out", _nothing),
     Rule("better instants", "cdp_ident.tracing.model_search:ModelSearch._with_instants", _second),
     Rule("play is tried", "cdp_ident.tracing.select_effects:hidden_by_torques", _empty),

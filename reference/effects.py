@@ -268,8 +268,9 @@ def _reading(name: str, joint: Joint, of: Occasion) -> Effect:
     if name == "encoder_eccentricity":
         phase = of.rng.uniform(-math.pi, math.pi)
         return Effect(name, joint, "rad", 1e-5, 0.05, in_reading=lambda size: encoders.eccentricity(joint, size, phase))
-    if name == "encoder_harmonic":
-        periods, phase = int(of.rng.integers(2, 5)), of.rng.uniform(-math.pi, math.pi)
+    if name in ("encoder_harmonic", "encoder_interpolation"):
+        few, many = (2, 5) if name == "encoder_harmonic" else (8, 200)
+        periods, phase = int(of.rng.integers(few, many)), of.rng.uniform(-math.pi, math.pi)
         return Effect(
             name, joint, "rad", 1e-5, 0.05, in_reading=lambda size: encoders.harmonic(joint, size, periods, phase)
         )

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 _IN_BOTH = ("coulomb_friction", "stribeck_friction", "quadratic_friction", "load_friction", "air_drag", "joint_spring",
             "cogging_torque", "impulse", "encoder_offset", "encoder_scale", "encoder_eccentricity",
             "encoder_slip", "backlash", "constant_torque", "varying_viscosity", "encoder_harmonic",
-            "encoder_compliance", "magnet", "end_stop", "drifting_viscosity", "drifting_encoder_offset")  # fmt: skip
+            "encoder_compliance", "magnet", "end_stop", "drifting_viscosity", "drifting_encoder_offset",
+            "encoder_interpolation")  # fmt: skip
 SINGLE = (*(f"{name}.{joint}" for name in _IN_BOTH for joint in ("inner", "outer")), "gravity_tilt.base",
           "pivot_compliance.base", "heavy_cart.base", "time_offset.outer", "rod_flex.inner",
           "oblique_view.base", "side_force.base")  # fmt: skip
@@ -52,7 +53,7 @@ KINDS = tuple(kind for kinds in GROUPS.values() for kind in kinds)
 _IN_MUJOCO = ("none", "coulomb_friction", "stopping", "joint_spring", "gravity_tilt", "pivot_compliance", "heavy_cart",
               "rotor_inertia", "encoder_offset", "encoder_scale", "encoder_eccentricity", "encoder_slip", "time_offset",
               "backlash", "rod_flex", "encoder_harmonic", "encoder_compliance", "oblique_view",
-              "drifting_encoder_offset")  # fmt: skip
+              "drifting_encoder_offset", "encoder_interpolation")  # fmt: skip
 
 
 def group_of(kind: str) -> str:

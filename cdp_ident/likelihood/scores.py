@@ -41,6 +41,9 @@ PLACES = 3
 unknown torques hide it, or what happens lies between two nodes."""
 _APART = 4
 """Instants are at least so many nodes apart."""
+_BINS, _STEPS_OF_PERIOD = 2**14, 3.0
+"""Parts of a turn with which residuals' spectrum over the angle is computed, and least steps of an encoder in a period
+of an error of it."""
 SHAPES = (1.0, 0.25, 4.0)
 """An effect whose strength is not seen at one value of its shape alone is tried with the first one so many times the
 typical value."""
@@ -194,6 +197,45 @@ def beginnings(active: ActiveEffect, unit: float) -> Iterator[Array]:
         values = usual.copy()
         values[one] = np.clip(value, fitted[one].lower, fitted[one].upper)
         yield values
+
+
+def repeated(found: WholeSwings, effects: Iterable[Effect]) -> Iterator[Score]:
+    """Yield the scores of errors that repeat many times a turn of their encoder, each at its best number of periods.
+
+    Over the angle, residuals have a spectrum; of each number of periods it gives the sine and cosine that fit best.
+
+    Args:
+        found: the model.
+        effects: their parameters are a sine, a cosine and the number of periods.
+    """
+    own = len(found.values)
+    for effect in effects:
+        joint, active = JOINTS.index(effect.joint), ActiveEffect(effect)
+        angle = np.concatenate([swing.readings[:, joint] for swing in found.recorded.swings])
+        left = np.concatenate([linear.residuals[:, joint] for linear in found.linear])
+        counts = np.concatenate([swing.counts[:, joint] for swing in found.recorded.swings])
+        counts = counts / found.noise.encoders[joint] ** 2
+        lower, upper = active.fitted[-1].lower, active.fitted[-1].upper
+        # Rounding repeats as often as an encoder has steps.
+        step = found.recorded.steps[joint]
+        most = min(upper, 2.0 * np.pi / step / _STEPS_OF_PERIOD if step > 0.0 else upper)
+        periods = np.arange(int(np.ceil(lower)), int(most) + 1)
+        place = np.round((angle - (np.pi if joint == 0 else 0.0)) * (_BINS / (2.0 * np.pi))).astype(np.int64) % _BINS
+        of_left, of_counts = (np.fft.rfft(np.bincount(place, of, _BINS)) for of in (counts * left, counts))
+        slopes = np.stack([of_left[periods].imag, -of_left[periods].real], axis=1)
+        total, twice = of_counts[0].real, of_counts[2 * periods]
+        known = known_of(active, found.recorded.time_unit)[0][:2, :2]
+        curvatures = 0.5 * np.array([[total - twice.real, -twice.imag], [-twice.imag, total + twice.real]])
+        whole = curvatures.transpose(2, 0, 1) + known
+        strengths = np.linalg.solve(whole, slopes[..., None])[..., 0]
+        gains = np.sum(strengths * slopes, axis=1)
+        if not len(gains):
+            continue
+        best = int(np.argmax(gains))
+        logarithm = np.linalg.slogdet(whole[best])[1] - np.linalg.slogdet(known)[1]
+        values = np.array([*strengths[best], periods[best]])
+        nothing = np.zeros(own), np.zeros((own, own))
+        yield Score(active, float(logarithm - gains[best]), float(gains[best]), values, *nothing, freedom=2)
 
 
 def shocks(found: WholeSwings) -> tuple[dict[Joint, Shock], dict[Joint, Shock]]:

@@ -18,6 +18,7 @@ from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.effects.effect import Effect
+from cdp_ident.tracing.final_model import is_worse
 from cdp_ident.tracing.model_search import SEVERAL, ModelSearch
 from cdp_ident.tracing.neighbours import strength
 from cdp_ident.tracing.odds import unlikelihood
@@ -148,6 +149,19 @@ def shown_by(selection: Selection, values: Array, covariance: Array) -> Selectio
     ]
     kept = zip(selection.certainty, shown, strict=True)
     return replace(selection, certainty=tuple(one if is_shown else "acts_like" for one, is_shown in kept))
+
+
+def as_predicted(selection: Selection, error: float, without: Sequence[float]) -> Selection:
+    """Return a selection in which no name is sure without which held-out motion is predicted as well.
+
+    Args:
+        selection: with effects, beside which more than noise remains.
+        error: of its model over what was held out [rad].
+        without: the same without each effect; not a number where it cannot be computed.
+    """
+    needed = [is_worse(other, error) for other in without]
+    kept = zip(selection.certainty, needed, strict=True)
+    return replace(selection, certainty=tuple(one if is_needed else "acts_like" for one, is_needed in kept))
 
 
 def less_sure(selection: Selection) -> Selection:

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.likelihood.prior import typical
-from cdp_ident.likelihood.scores import PLACES, SHAPES, Score, beginnings, begun, scores, shocks
+from cdp_ident.likelihood.scores import PLACES, SHAPES, Score, beginnings, begun, repeated, scores, shocks
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.effects.effect import JOINTS, Effect, exclude_each_other
@@ -134,7 +134,7 @@ def _scores(found: WholeSwings, named_only: bool, lasting: bool = False) -> list
     extended, more = _extended(present), bool(np.any(found.leaves_more)) and not lasting
     plain = [e for e in allowed if not e.contains or e.brings_states] + extended
     ready = [e for e in dict.fromkeys(plain) if e.has_score and (more or not (e.brings_states or e.is_local))]
-    scored = scores(found, begun(ready, unit))
+    scored = [*scores(found, begun(ready, unit)), *repeated(found, [e for e in allowed if e.repeats])]
     if more:
         scored += _differences(found)
     if not named_only:

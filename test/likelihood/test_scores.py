@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from cdp_ident.likelihood.gauss_newton import GaussNewton
-from cdp_ident.likelihood.scores import begun, scores, shocks
+from cdp_ident.likelihood.scores import begun, repeated, scores, shocks
 from reference import pendulum
 from reference.pendulum import TABLE_5
 from scenarios.swings import TIME, UNIT, fitted, known, measured, motion, recorded, with_effect
@@ -101,3 +101,23 @@ def pushed(rod):
         return (torque, 0.0) if rod == "inner" else (0.0, torque)
 
     return pendulum.motion(TABLE_5, (1.5, 1.2, 0.0, 0.0), TIME, torque=push, tolerance=1e-9)[:, :2]
+
+
+@pytest.mark.parametrize("joint", [0, 1], ids=["inner", "outer"])
+def test_an_error_that_repeats_many_times_a_turn_is_found_with_its_periods(clean, joint):
+    """But not as many as a coarse encoder has steps."""
+    angles = motion()
+    turned = angles[:, joint] - (angles[:, 0] if joint else np.pi)
+    error = 2e-4 * np.sin(60.0 * turned + 0.7)
+    trial = measured(angles + error[:, None] * ([0.0, 1.0] if joint else [1.0, 1.0]), np.random.default_rng(1))
+    found = fitted(recorded([trial]))
+    kinds = [known(f"encoder_interpolation.{name}") for name in ("inner", "outer")]
+    scored = list(repeated(found, kinds))
+    of_joint, other = scored[joint], scored[1 - joint]
+    assert of_joint.misfit < other.misfit - 20.0
+    sine, cosine, periods = of_joint.values
+    assert periods == 60.0
+    assert [sine, cosine] == pytest.approx(2e-4 * np.array([np.cos(0.7), np.sin(0.7)]), abs=4e-5)
+    assert all(score.misfit > -2.0 for score in repeated(clean, kinds))
+    coarse = replace(found, recorded=replace(found.recorded, steps=np.full(2, 2.0 * np.pi / 100)))
+    assert all(score.values[2] <= 33.0 for score in repeated(coarse, kinds))

@@ -9,7 +9,7 @@ import pytest
 
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.model.effects.curves import CURVES
-from cdp_ident.tracing.certainty import certainties, not_distinguished, probabilities, shown_by
+from cdp_ident.tracing.certainty import as_predicted, certainties, not_distinguished, probabilities, shown_by
 from cdp_ident.tracing.selection import Selection
 from scenarios.swings import MODEL, known
 
@@ -119,12 +119,23 @@ def test_more_than_a_few_torques_over_one_angle_are_a_torque_without_a_name(harm
 def test_a_name_is_not_sure_whose_effect_all_that_was_measured_shows_less_than_the_odds_against_it_ask(
     deviations, expected
 ):
+    selection = named()
+    values = np.zeros(len(selection.after.model.names))
+    values[-1] = deviations
+    assert shown_by(selection, values, np.eye(len(values))).certainty == (expected,)
+
+
+@pytest.mark.parametrize(
+    ("without", "expected"), [(1.5e-3, "named"), (1.01e-3, "acts_like"), (0.8e-3, "acts_like"), (np.nan, "named")]
+)
+def test_where_more_than_noise_remains_a_name_is_sure_only_if_held_out_motion_needs_it(without, expected):
+    assert as_predicted(named(), 1e-3, [without]).certainty == (expected,)
+
+
+def named():
     after = model(0.0, DRY)
     after.recorded = SimpleNamespace(nodes=100)
-    selection = Selection(
+    return Selection(
         before=model(1.0), after=after, steps=(), without=(None,), probability=(1.0,), also_possible=((),),
         certainty=("named",), scores=(), failures=(), interrupted=False, seconds=1.0,
     )  # fmt: skip
-    values = np.zeros(len(after.model.names))
-    values[-1] = deviations
-    assert shown_by(selection, values, np.eye(len(values))).certainty == (expected,)

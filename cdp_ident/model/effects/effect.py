@@ -187,6 +187,11 @@ class Effect:
         return bool(self.law.reading) and self._used == {"angle"} and len(self.parameters) == 1
 
     @property
+    def repeats(self) -> bool:
+        """Whether it is an encoder's error that repeats many times a turn: a spectrum over the angle shows it."""
+        return bool(self.law.reading) and self._used == {"angle"} and any(p.shape for p in self.parameters)
+
+    @property
     def of_joint(self) -> bool:
         """Whether it depends on nothing but its joint's angle and speed."""
         return self._used <= {"angle", "speed"}
@@ -251,9 +256,10 @@ class Effect:
     def has_score(self) -> bool:
         """Whether a score test is defined for it: not for an effect of an instant, or one that cannot be zero.
 
-        Curves have a score test of their own. What has a memory is tried in the place of the effect that it contains.
+        Curves have a score test of their own, and what repeats has a spectrum. What has a memory is tried in the place
+        of the effect that it contains.
         """
-        return not (self.at_an_instant or self.curve or self.remembers) and any(
+        return not (self.at_an_instant or self.curve or self.remembers or self.repeats) and any(
             p.lower <= 0.0 <= p.upper for p in self.parameters if not p.shape
         )
 

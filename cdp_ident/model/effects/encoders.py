@@ -73,6 +73,17 @@ ENCODERS = (
     ),
     *(effect for periods in (2, 3, 4) for effect in _harmonic(periods)),
     *in_joints(
+        "encoder_interpolation",
+        "an encoder's interpolation error",
+        Law(reading="sine*sin(periods*angle) + cosine*cos(periods*angle)"),
+        [
+            EffectParameter("sine", "rad", -0.05, 0.05, 1e-3),
+            EffectParameter("cosine", "rad", -0.05, 0.05, 1e-3),
+            EffectParameter("periods", "1", 5.0, 2000.0, 50.0, width=1000.0, shape=True),
+        ],
+        "between a scale's periods, or a magnetic ring's poles, of so many a turn: Hagiwara et al., IEEE TIM 41, 1992",
+    ),
+    *in_joints(
         "encoder_compliance",
         "an encoder behind an elastic coupling",
         # What it turns beside the joint, seen from the joint, is an oscillator that the joint's acceleration drives.

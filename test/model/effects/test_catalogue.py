@@ -54,7 +54,7 @@ def test_the_names_are_those_that_reports_promise():
             "air_drag", "joint_spring", "cogging_torque", "impulse", "encoder_offset", "encoder_scale",
             "encoder_eccentricity", "encoder_slip", "backlash", "constant_torque", "varying_viscosity",
             "drifting_friction", "encoder_harmonic", "encoder_compliance", "encoder_filter", "magnet", "end_stop",
-            "drifting_viscosity",
+            "drifting_viscosity", "encoder_interpolation",
         ) for joint in JOINTS),
         *(("unknown_torque", joint) for joint in JOINTS),
         ("gravity_tilt", "base"),

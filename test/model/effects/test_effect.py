@@ -13,7 +13,8 @@ KINDS = [
     # Errors of encoders, and what bends under them, do not move the rods.
     (lambda e: not e.moves,
      {"encoder_offset", "encoder_scale", "encoder_eccentricity", "encoder_slip", "time_offset", "backlash", "rod_flex",
-      "encoder_harmonic", "encoder_compliance", "encoder_filter", "oblique_view"}),
+      "encoder_harmonic", "encoder_compliance", "encoder_filter", "oblique_view", "encoder_interpolation"}),
+    (lambda e: e.repeats, {"encoder_interpolation"}),
     (lambda e: e.of_both_encoders, {"rod_flex", "oblique_view"}),
     # Dry friction is what has a formula of its size.
     (lambda e: e.dry, {"coulomb_friction", "stribeck_friction", "drifting_friction", "load_friction",
