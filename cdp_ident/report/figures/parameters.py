@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from cdp_ident.fit.physical import CONFIDENCE
-from cdp_ident.report.figures.description import Axis, Figure, Heat, Intervals, Level, Panel, beside, named
+from cdp_ident.report.figures.description import Axis, Figure, Heat, Line, Panel, beside, level, named
 from cdp_ident.report.figures.errors import wrapped
 from cdp_ident.report.figures.palette import series
 from cdp_ident.report.schema import Section
@@ -51,23 +51,25 @@ def _over_nominal(report: Section, kind: str, nominal: Mapping[str, float], titl
         for index, model in enumerate(shown)
     ]
     names, height = named(map(short_name, reference)), 60.0 + 30.0 * len(reference)
-    return Panel(Axis("fitted / nominal"), names, [Level("nominal", "noise", 1.0), *marks], title, height)
+    return Panel(Axis("fitted / nominal"), names, [level("nominal", "noise", 1.0, names), *marks], title, height)
 
 
 def _against(
     reference: Mapping[str, float], quantities: Section, positions: Sequence[float], unit: float, origin: float
-) -> Intervals:
+) -> Line:
     """Return quantities over their reference values, as so many units from an origin."""
     of = [quantities[name] for name in reference]
     pairs = list(zip(of, reference.values(), strict=True))
-    return Intervals(
+    return Line(
         "",
         "ink",
-        positions,
-        [unit * (quantity["value"] / value - origin) for quantity, value in pairs],
-        [unit * CONFIDENCE * quantity["std"] / abs(value) for quantity, value in pairs],
-        [not quantity.get("determined", True) for quantity in of],
-        [in_unit(quantity["value"], quantity["std"], quantity.get("unit", "")) for quantity in of],
+        np.array([unit * (quantity["value"] / value - origin) for quantity, value in pairs]),
+        np.array(positions),
+        0.0,
+        size=9.0,
+        hollow=[not quantity.get("determined", True) for quantity in of],
+        half_widths=[unit * CONFIDENCE * quantity["std"] / abs(value) for quantity, value in pairs],
+        words=[in_unit(quantity["value"], quantity["std"], quantity.get("unit", "")) for quantity in of],
     )
 
 
@@ -135,9 +137,9 @@ def estimates_against(
         positions = beside(index, len(estimates), apart, len(reference))
         mark = _against(reference, quantities, positions, 100.0, 1.0)
         marks.append(replace(mark, label=trial, colour=colour, shape=shape))
-        of = (f"{short_name(n)} {d:+.2g} %" for n, d in zip(reference, mark.values, strict=True))
+        of = (f"{short_name(n)} {d:+.2g} %" for n, d in zip(reference, mark.x, strict=True))
         said.append(f"{trial}: {', '.join(of)}")
     height = 60.0 + max(34.0, 13.0 * len(estimates)) * len(reference)
     names = named(map(short_name, reference))
-    panel = Panel(Axis(label), names, [Level(origin, "noise", 0.0), *marks], height=height)
+    panel = Panel(Axis(label), names, [level(origin, "noise", 0.0, names), *marks], height=height)
     return replace(figure, alternative=f"{figure.title}. {'; '.join(said)}.", panels=[panel])

@@ -56,7 +56,7 @@ def test_over_time_there_is_a_band_and_lines_end_where_motion_is_interrupted(rea
     interrupted = replace(torques, **parts, effects=torques.effects[:, kept])
     _, over_time, _ = missing_torques(read_content, replace(shown_curves, before=interrupted))
     line, band = over_time.panels[0].marks[:2]
-    assert line.dashed
+    assert line.dash == "dash"
     assert np.count_nonzero(np.isnan(line.x)) == 1
     assert len(band.x) == 2 * len(line.x) + 1
     above, below = band.y[: len(line.y)], band.y[len(line.y) + 1 :]
