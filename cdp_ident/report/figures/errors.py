@@ -107,17 +107,12 @@ def _step(title: str, tried: list[Section]) -> Panel:
     rooms = np.array([max(1.0, (name.count("\n") + 1) / 2) for name in names])
     places = (np.cumsum(rooms) - rooms / 2).tolist()
     best = int(np.argmax(odds))
-    taken = [best] if odds[best] > 0.0 else []
-    others = [k for k in range(len(odds)) if k not in taken]
-    kinds: tuple[tuple[str, Colour, list[int]], ...] = (
-        ("taken", "after", taken),
-        ("tried, not taken", "noise", others),
-    )
-    marks: list[Mark] = [
-        Bars(label, colour, [places[k] for k in of], [odds[k] for k in of], [f"{odds[k]:.3g}" for k in of])
-        for label, colour, of in kinds
-        if of
-    ]
+    marks: list[Mark] = []
+    kinds: tuple[tuple[str, Colour, bool], ...] = (("taken", "after", True), ("tried, not taken", "noise", False))
+    for label, colour, is_taken in kinds:
+        if of := [k for k, one in enumerate(odds) if (k == best and one > 0.0) is is_taken]:
+            words = [f"{odds[k]:.3g}" for k in of]
+            marks.append(Bars(label, colour, [places[k] for k in of], [odds[k] for k in of], words))
     axis = Axis(ticks=list(zip(places, names, strict=True)))
     marks.append(level("as probable as before", "before", 0.0, axis))
     height = 45.0 + _ROOM * float(rooms.sum())
