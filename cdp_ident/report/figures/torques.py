@@ -23,6 +23,7 @@ Abscissa = Literal["speed", "angle"]
 _MOST_DOTS = 1500
 _MOST_IN_TIME = 5000
 """Points of a line over time."""
+_ONE_STD = "± one standard deviation"
 _GAP = 1.5
 """Motion is interrupted where a step is longer than so many usual ones."""
 _BINS = 25
@@ -135,11 +136,8 @@ def nonparametric_torques(report: Section) -> Iterator[Figure]:
             continue
         x = np.array(curve["at"], dtype=float)
         torque, std = (unit.size * np.array(curve[key], dtype=float) for key in ("torque", "std"))
-        marks = [
-            Line("the torque", "after", x, torque, width=2.5),
-            Line("95 % band", "quiet", x, torque + CONFIDENCE * std, dash="dash"),
-            Line("95 % band, below", "quiet", x, torque - CONFIDENCE * std, dash="dash"),
-        ]
+        marks = [Line("the torque", "after", x, torque, 2.5), *_band("95 % band", x, torque, CONFIDENCE * std)]
+        axis = Axis(_LABELS[curve["over"]].format(effect["joint"]))
         title, likeness = effect_title(effect), f" It is like that of {curve['likeness']}." if curve["likeness"] else ""
         place = int(np.argmax(np.abs(torque)))
         yield Figure(
@@ -149,11 +147,7 @@ def nonparametric_torques(report: Section) -> Iterator[Figure]:
             + likeness
             + unit.caption,
             f"{title}: up to {torque[place]:.3g} ± {std[place]:.2g} {unit.name} at {x[place]:.3g}." + likeness,
-            [
-                Panel(
-                    Axis(_LABELS[curve["over"]].format(effect["joint"])), unit.axis(effect["joint"]), marks, height=240
-                )
-            ],
+            [Panel(axis, unit.axis(effect["joint"]), marks, height=240)],
         )
 
 
@@ -182,7 +176,7 @@ def _cloud(label: str, of_mean: str, model: Model, x: Array, y: Array, std: Arra
     enough = counts >= _FEWEST_IN_BIN
     at, mean, variance = (np.bincount(places, weights=values)[enough] / counts[enough] for values in (x, y, std**2))
     line = Line(of_mean, model.key, at, mean, 3.0, model.dash)
-    return [_dots(label, model.key, x, y), line, *_band(of_mean, at, mean, np.sqrt(variance))]
+    return [_dots(label, model.key, x, y), line, *_band(f"{_ONE_STD}, {of_mean}", at, mean, np.sqrt(variance))]
 
 
 def _over_time(model: Model, torques: TorqueCurves, trial: int, column: int, unit: _Unit) -> list[Line]:
@@ -194,14 +188,13 @@ def _over_time(model: Model, torques: TorqueCurves, trial: int, column: int, uni
     gaps = np.flatnonzero(steps > _GAP * np.median(steps)) + 1 if len(steps) else np.zeros(0, dtype=int)
     time, missing, std = (np.insert(values, gaps, np.nan) for values in (time, missing, std))
     line = Line(model.label, model.key, time, missing, 2.0, model.dash)
-    return [line, *_band(model.key, time, missing, std)]
+    return [line, *_band(f"{_ONE_STD}, {model.key}", time, missing, std)]
 
 
-def _band(of: str, x: Array, y: Array, std: Array) -> list[Line]:
-    """Return both edges of a band of one standard deviation as one line that is interrupted between them, if any."""
-    edges = np.concatenate([y + std, [np.nan], y - std])
-    line = Line(f"± one standard deviation, {of}", "quiet", np.concatenate([x, [np.nan], x]), edges, width=1.0)
-    return [line] if np.any(std) else []
+def _band(label: str, x: Array, y: Array, half_width: Array) -> list[Line]:
+    """Return both edges of a band as one line that is interrupted between them, if it has any width."""
+    edges = np.concatenate([y + half_width, [np.nan], y - half_width])
+    return [Line(label, "quiet", np.concatenate([x, [np.nan], x]), edges, 1.0)] if np.any(half_width) else []
 
 
 def _panel(abscissa: Abscissa, joint: str, marks: list[Line], unit: _Unit) -> Panel:
