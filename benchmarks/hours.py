@@ -31,8 +31,7 @@ from cdp_ident.machine.parallel import core_count
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.pipeline.job import load
 from cdp_ident.report.contents import report
-from cdp_ident.report.curves import curves
-from cdp_ident.report.curves_file import curves_npz
+from cdp_ident.report.curves import curves, curves_npz
 from cdp_ident.report.folder import CURVES, PAGE, REPORT, json_text, write_result
 from cdp_ident.report.outcome import Job, Outcome
 from cdp_ident.report.pictures import draw

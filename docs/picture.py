@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
 
-from cdp_ident.report.curves_file import read_curves  # noqa: E402
+from cdp_ident.report.curves import read_curves  # noqa: E402
 from cdp_ident.report.folder import CURVES, REPORT  # noqa: E402
 from cdp_ident.report.report_file import read_report  # noqa: E402
 

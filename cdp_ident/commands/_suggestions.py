@@ -16,7 +16,7 @@ from cdp_ident.model.parameters import GROUPS, INERTIA, INVERSE_INERTIA, SYMBOLS
 from cdp_ident.model.weight_settings import refuse_misplaced, weight_of
 from cdp_ident.model.weights import RODS, Rod, Weight
 from cdp_ident.report.advice import one_advice
-from cdp_ident.report.curves_file import read_curves
+from cdp_ident.report.curves import read_curves
 from cdp_ident.report.document import Row, Table, print_table
 from cdp_ident.report.folder import CURVES, REPORT
 from cdp_ident.report.knowledge import knowledge_of, recorded_motion

@@ -4,15 +4,11 @@
 
 import importlib.util
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from cdp_ident.command_line import ArgumentParser, entry_point, made_of
 from cdp_ident.errors import OptionError
 from cdp_ident.search.options import METHODS
 from cdp_ident.start import loading
-
-if TYPE_CHECKING:
-    from rich.console import Console
 
 DESCRIPTION = """\
 Identify the parameters of a cart double pendulum from free-swing bags: find the zero-input motion in each, search,
@@ -56,7 +52,9 @@ def main(arguments: list[str]) -> int:
     with loading("identify"):
         from cdp_ident.pipeline.identifier import Identifier, Request
         from cdp_ident.pipeline.interruption import Interruption
-    identifier = Identifier(made_of(options, Request), _console(), _console(stderr=True))
+        from cdp_ident.report.document import wide_console
+    consoles = (wide_console(_WIDTH, stderr) for stderr in (False, True))
+    identifier = Identifier(made_of(options, Request), *consoles)
     if options.once and not uses_ros_arguments:
         loaded, interruption = identifier.load({}), Interruption()
         interruption.install()
@@ -70,14 +68,6 @@ def main(arguments: list[str]) -> int:
     with loading("identify"):
         from cdp_ident.nodes.identify_node import run_identify_node
     return run_identify_node(identifier, options.once, arguments)
-
-
-def _console(stderr: bool = False) -> "Console":
-    """Return a console as wide as the terminal, or wide enough for the tables where there is none."""
-    from rich.console import Console
-
-    console = Console(stderr=stderr)
-    return console if console.is_terminal else Console(stderr=stderr, width=_WIDTH)
 
 
 def _require_ros() -> None:

@@ -25,8 +25,7 @@ from cdp_ident.pipeline.job import load, load_with_weights, refuse_copies, run
 from cdp_ident.pipeline.progress import SearchDisplay
 from cdp_ident.report.chapters import document_of
 from cdp_ident.report.contents import report
-from cdp_ident.report.curves import Curves, curves
-from cdp_ident.report.curves_file import curves_npz
+from cdp_ident.report.curves import Curves, curves, curves_npz
 from cdp_ident.report.document import print_document
 from cdp_ident.report.expected import expected_effects
 from cdp_ident.report.folder import (

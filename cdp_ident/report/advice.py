@@ -9,7 +9,7 @@ import numpy as np
 from cdp_ident.design.starts import HAND
 from cdp_ident.fit.physical import CONFIDENCE
 from cdp_ident.model.parameters import INERTIA
-from cdp_ident.report.figures.description import Array, Axis, Dots, Figure, Heat, Panel
+from cdp_ident.report.figures.description import Array, Axis, Figure, Heat, Line, Panel
 from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import key_words, short_name, weights_words
 
@@ -109,7 +109,7 @@ def _panel(advice: Section) -> Panel:
     half = 100.0 if is_determined_now(advice) else most
     limits = (-most, most) if advice["against"] else (0.0, 2.0 * half)
     x, y = (np.array([float(place)]) for place in (column, len(outer) - 1 - row))
-    chosen = Dots("the start to take", "ink", x, y, size=34.0, opacity=1.0, hollow=True)
+    chosen = Line("the start to take", "ink", x, y, 0.0, shape="circle-open", size=34.0)
     return Panel(
         Axis("inner rod, from hanging [°]", ticks=_ticks(inner)),
         Axis("outer rod, from hanging [°]", ticks=_ticks(outer[::-1])),

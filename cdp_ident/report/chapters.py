@@ -243,9 +243,7 @@ def _parameters(report: Section) -> Parts:
                     parameter.symbol,
                     parameter.description,
                     f"{nominal_value(report, parameter.symbol):.4g}",
-                    with_std(value["value"], value["std"]),
-                    "" if value["std"] == 0.0 else interval(value["value"], value["std"], 0.0),
-                    value["unit"],
+                    *_fitted(value, 0.0),
                     how_determined(report, parameter.symbol),
                 )
                 for parameter in (*PARAMETERS, *CONSTANTS, INERTIA)
@@ -276,12 +274,16 @@ def base_parameters(report: Section, short: bool = False) -> Table:
     for group in GROUPS:
         found = report["after"]["groups"][group.symbol]
         name, sure = group_words(group), "yes" if found["determined"] else "not by these trials"
-        value = (found["value"], found["std"])
-        shown = (with_std(*value), interval(*value), unit(found["unit"]))
-        whole = (f"{nominal[group.symbol]:.4g}", *shown)
-        rows.append((name, *((in_unit(*value, found["unit"]),) if short else whole), sure))
+        beside = in_unit(found["value"], found["std"], found["unit"])
+        rows.append((name, *((beside,) if short else (f"{nominal[group.symbol]:.4g}", *_fitted(found))), sure))
     columns = ("base parameter", *(_FITTED[:1] if short else ("nominal", *_FITTED)), "determined")
     return Table("Base parameters, all that a free swing depends on", columns, rows)
+
+
+def _fitted(quantity: Section, lowest: float = -math.inf) -> Row:
+    """Return what stands in the columns of a fitted value, which is not below the `lowest`."""
+    value = (quantity["value"], quantity["std"])
+    return with_std(*value), interval(*value, lowest) if value[1] else "", unit(quantity["unit"])
 
 
 def _next(report: Section) -> Parts:

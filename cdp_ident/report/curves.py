@@ -1,20 +1,31 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""What the pictures of a report show beside its numbers: motion, measured and simulated, and missing torques."""
+"""What the pictures of a report show beside its numbers: motion, measured and simulated, and missing torques.
 
+They are computed here, written as `curves.npz`, from which pictures are made anew, and read again.
+"""
+
+import io
+import zipfile
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.diagnosis.evaluation import free_run
+from cdp_ident.errors import ReportError
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.likelihood.swing import Swing
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.machine.parallel import parallel_map
 from cdp_ident.model.layout import RODS_STATES
 from cdp_ident.model.motions import accelerations_at
+from cdp_ident.model.parameters import LARGEST
+from cdp_ident.outside_text import shown
+from cdp_ident.regular_file import read_regular
 from cdp_ident.report.outcome import Outcome
 from cdp_ident.tracing.final_model import FinalModel
 from cdp_ident.tracing.missing_torque import MissingTorque
@@ -25,6 +36,9 @@ Flags = npt.NDArray[np.bool_]
 Indices = npt.NDArray[np.int64]
 
 NO_WINDOW = -1
+FORMAT = "cdp_ident/curves/1"
+_LARGEST = 2**29
+"""Bytes of all arrays together, and of the file: an hour at 1 kHz; one that unfolds to more is none of ours."""
 
 
 @dataclass(frozen=True)
@@ -72,6 +86,13 @@ class TorqueCurves:
     """(m, 2) its standard deviation, that of A22 apart [N m]."""
     effects: Array
     """(effects, m, 2) torque of each of its effects [N m]; zero for effects of encoders."""
+
+
+_EMPTY, _EMPTY_PAIRS, _NO_PLACES = np.zeros(0), np.zeros((0, 2)), np.zeros(0, dtype=np.int64)
+_NO_TRIAL = TrialCurves(_EMPTY, _EMPTY, _NO_PLACES, np.zeros(0, dtype=bool), *(_EMPTY_PAIRS,) * 5)
+_NO_TORQUES = TorqueCurves(_NO_PLACES, _EMPTY, *(_EMPTY_PAIRS,) * 4, effects=np.zeros((0, 0, 2)))
+"""Curves of no sample, which have the types and columns that all must have."""
+_Part = TypeVar("_Part", TrialCurves, TorqueCurves)
 
 
 @dataclass(frozen=True)
@@ -139,8 +160,7 @@ def _run(final: FinalModel, trial: Trial, index: int, duration: float) -> Array:
 def _torques(found: WholeSwings | None, inertia: float) -> TorqueCurves:
     """Return the torques of a model along the swings, given A22."""
     if found is None:
-        none = np.zeros((0, 2))
-        return TorqueCurves(np.zeros(0, dtype=np.int64), np.zeros(0), none, none, none, none, np.zeros((0, 0, 2)))
+        return _NO_TORQUES
     lacking = MissingTorque.of(found)
     effects = np.zeros((len(found.model.effects), *lacking.torque.shape))
     for index, active in enumerate(found.model.effects):
@@ -178,3 +198,68 @@ def _accelerations(model: MotionModel, values: Array, swing: Swing, states: Arra
     weighted = model.with_weights(values, swing.weights)
     acting = model.acting(weighted.values, swing.trial, weighted.carried)
     return accelerations_at(model.coefficients(weighted.values), states, u, acting, times)
+
+
+def curves_npz(written: Curves) -> bytes:
+    """Return the contents of `curves.npz`."""
+    parts: dict[str, TrialCurves | TorqueCurves] = {f"trial{i}": trial for i, trial in enumerate(written.trials)}
+    parts |= {"torques_before": written.before, "torques_after": written.after}
+    arrays = {
+        f"{part}.{field.name}": getattr(content, field.name)
+        for part, content in parts.items()
+        for field in fields(content)
+    }
+    stream = io.BytesIO()
+    np.savez_compressed(stream, format=np.array(FORMAT), **arrays)
+    return stream.getvalue()
+
+
+def read_curves(path: Path, trials: int, effects: int) -> Curves:
+    """Read `curves.npz` of a report with so many trials and effects.
+
+    Raises:
+        ReportError: the file is not there, is damaged, or does not hold these curves.
+    """
+    if not path.exists():
+        raise ReportError(f"there is no {path}: identify writes it beside report.json; identify again")
+    try:
+        packed = io.BytesIO(read_regular(path, _LARGEST))
+        with zipfile.ZipFile(packed) as archive:
+            size = sum(member.file_size for member in archive.infolist())
+        with np.load(packed, allow_pickle=False) as content:
+            arrays = {name: content[name] for name in content.files if size <= _LARGEST}
+    except Exception as error:  # what a damaged archive brings zipfile, zlib and numpy to raise has no end
+        raise ReportError(f"{path} cannot be read ({shown(error)}): identify again") from error
+    if size > _LARGEST:
+        raise ReportError(f"{path} would unfold to {size} bytes: it was not written by identify")
+    if str(arrays.get("format")) != FORMAT:
+        raise ReportError(f"{path} is not of the format {FORMAT}: identify again with this version")
+    return Curves(
+        tuple(_part(_NO_TRIAL, path, f"trial{index}", arrays) for index in range(trials)),
+        _part(_NO_TORQUES, path, "torques_before", arrays),
+        _part(_NO_TORQUES, path, "torques_after", arrays, effects),
+    )
+
+
+def _part(like: _Part, path: Path, part: str, arrays: dict[str, npt.NDArray[Any]], effects: int = 0) -> _Part:
+    """Return one part of the curves, whose arrays have the types and columns of those that they must be like.
+
+    What is infinite, or larger than anything measured, is not a number there: it is not drawn.
+    """
+    found: dict[str, npt.NDArray[Any]] = {}
+    samples = int(arrays.get(f"{part}.time", np.empty(0)).size)
+    for field in fields(like):
+        name = f"{part}.{field.name}"
+        empty: npt.NDArray[Any] = getattr(like, field.name)
+        shape = (effects, samples, 2) if empty.ndim == 3 else (samples, *empty.shape[1:])
+        array = arrays.get(name)
+        if array is None or array.shape != shape or array.dtype != empty.dtype or (like is _NO_TRIAL and not samples):
+            is_now = "missing" if array is None else f"{array.dtype} of shape {array.shape}"
+            raise ReportError(
+                f"{path} does not fit its report.json: {name} is {is_now}, not {empty.dtype} of shape {shape}: "
+                "identify again"
+            )
+        found[field.name] = array if array.dtype.kind != "f" else np.where(np.abs(array) <= LARGEST, array, np.nan)
+    if np.any(np.isnan(found["time"])):
+        raise ReportError(f"{path} does not hold usable curves: {part}.time has no time in it; identify again")
+    return type(like)(**found)

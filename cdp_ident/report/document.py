@@ -146,10 +146,10 @@ def _literal(text: str) -> str:
     return _SPECIAL.sub(r"\\\1", " ".join(text.split()).replace("&", "&amp;").replace("<", "&lt;"))
 
 
-def wide_console(width: int = 140) -> Console:
+def wide_console(width: int = 140, stderr: bool = False) -> Console:
     """Return the terminal; where there is none, what is so wide: as tables of several runs or rigs."""
-    console = Console(highlight=False, markup=False)
-    return console if console.is_terminal else Console(highlight=False, markup=False, width=width)
+    console = Console(highlight=False, markup=False, stderr=stderr)
+    return console if console.is_terminal else Console(highlight=False, markup=False, stderr=stderr, width=width)
 
 
 def print_document(console: Console, document: Document) -> None:

@@ -5,8 +5,7 @@
 from pathlib import Path
 
 from cdp_ident.report.chapters import document_of
-from cdp_ident.report.curves import Curves
-from cdp_ident.report.curves_file import read_curves
+from cdp_ident.report.curves import Curves, read_curves
 from cdp_ident.report.document import Document, markdown
 from cdp_ident.report.folder import CURVES, FIGURES, PAGE, REPORT, TEXT, drawn_with, write_files
 from cdp_ident.report.report_file import read_report

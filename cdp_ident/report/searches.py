@@ -157,7 +157,7 @@ def search_figures(searches: Searches) -> Iterator[Figure]:
         "differ by the seed; thick, their median. As the paper's Figs. 7, 9 and 13, which show one search each.",
         f"Best errors after the last generation: {'; '.join(ends)}.",
         [
-            evolution([*errors, Line("the encoders' noise alone", "noise", generations, floor, dashed=True)]),
+            evolution([*errors, Line("the encoders' noise alone", "noise", generations, floor, dash="dash")]),
             Panel(GENERATION, Axis("fitness H(Z)"), fitnesses),
         ],
         shared_x=True,

@@ -16,6 +16,7 @@ from cdp_ident.diagnosis.inertia import GUESSED
 from cdp_ident.fit.physical import CONFIDENCE
 from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, SYMBOLS, Group, groups_of, inertia_about_cart
+from cdp_ident.report.figures.palette import Dash
 from cdp_ident.report.schema import Section
 
 CERTAINTY = {"named": "", "probable": "probably ", "acts_like": "something that acts like "}
@@ -130,6 +131,11 @@ class Model(NamedTuple):
     key: Literal["before", "after"]
     """Its key in `report.json`, and the name of its curves and of its colour in every picture."""
     label: str
+
+    @property
+    def dash(self) -> Dash:
+        """Of its lines, by which models differ beside their colours."""
+        return "dash" if self.key == "before" else "solid"
 
 
 def models(report: Section) -> list[Model]:

@@ -5,8 +5,6 @@
 from collections.abc import Callable, Mapping
 from typing import Any, SupportsFloat
 
-from rcl_interfaces.msg import SetParametersResult
-
 from cdp_ident.configuration.fitted_model import (
     EFFECT_PREFIX,
     GROUP_PREFIX,
@@ -16,7 +14,6 @@ from cdp_ident.configuration.fitted_model import (
     fitted_model,
     follows_from_physical_values,
 )
-from cdp_ident.errors import OptionError
 from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.effects.own import OWN_EFFECTS
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, NOMINAL, PARAMETERS
@@ -38,7 +35,7 @@ class ModelParameters:
         self._parameters, self._source, self._take = parameters, source, take
         self._shown: dict[str, Any] = {}
         self._from_inside = False
-        node.add_on_set_parameters_callback(self._check)
+        parameters.check_changes(self._changed)
         node.add_post_set_parameters_callback(self._follow)
 
     def show(self, values: Mapping[str, Any]) -> None:
@@ -64,13 +61,6 @@ class ModelParameters:
             self._from_inside = False
         self._shown = new
         self._take(model)
-
-    def _check(self, parameters: list[Any]) -> Any:
-        try:
-            self._changed(parameters)
-        except OptionError as error:
-            return SetParametersResult(successful=False, reason=str(error))
-        return SetParametersResult(successful=True)
 
     def _follow(self, parameters: list[Any]) -> None:
         if changed := self._changed(parameters):

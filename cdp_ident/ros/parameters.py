@@ -174,6 +174,18 @@ class Parameters:
             descriptors[name] = ParameterDescriptor(dynamic_typing=True)  # rclpy undeclares no others
         self._update(changed, descriptors)
 
+    def check_changes(self, check: Callable[[list[Any]], object]) -> None:
+        """Refuse a change from outside where `check`, given its parameters, raises `OptionError`, with that reason."""
+
+        def answer(parameters: list[Any]) -> SetParametersResult:
+            try:
+                check(parameters)
+            except OptionError as error:
+                return SetParametersResult(successful=False, reason=str(error))
+            return SetParametersResult(successful=True)
+
+        self._node.add_on_set_parameters_callback(answer)
+
     def will_show(self, knows: Callable[[str], bool]) -> None:
         """Let the user give what the node shows once it has it, as `ros2 param dump` writes it; it changes nothing."""
         self._will_show = knows
@@ -187,7 +199,7 @@ class Parameters:
         declared = self._node._parameters
         given = [name for name in self.given(declared.__contains__) if not self._will_show(name)]
         refuse_unknown(given, declared, f"parameter of {self._node.get_name()}")
-        self._node.add_on_set_parameters_callback(_keep_clock)
+        self.check_changes(_keep_clock)
 
     def warn_of_idle_overrides(self) -> None:
         """Say which `qos_overrides` given to this node change nothing: it has no such topic."""
@@ -206,12 +218,12 @@ class Parameters:
                 raise OptionError(result.reason)
 
 
-def _keep_clock(parameters: Iterable[Parameter]) -> SetParametersResult:
+def _keep_clock(parameters: Iterable[Parameter]) -> None:
     """Refuse to change the clock while the node runs: rclpy, which declares `use_sim_time`, lets anybody do so."""
     if any(parameter.name == "use_sim_time" for parameter in parameters):
-        reason = "use_sim_time cannot be changed from outside while the node runs: restart it with the new value"
-        return SetParametersResult(successful=False, reason=reason)
-    return SetParametersResult(successful=True)
+        raise OptionError(
+            "use_sim_time cannot be changed from outside while the node runs: restart it with the new value"
+        )
 
 
 def _given_to_any(node: Any, of_ros: Sequence[str]) -> set[str]:

@@ -4,9 +4,6 @@
 
 from typing import Any
 
-from rcl_interfaces.msg import SetParametersResult
-
-from cdp_ident.errors import OptionError
 from cdp_ident.model.weight_settings import ADDED, ADDED_STD, DESCRIPTIONS, NOTHING, weights_of
 from cdp_ident.model.weights import RODS, Weight
 from cdp_ident.ros.parameters import Parameters
@@ -26,18 +23,11 @@ class RecorderWeights:
         }
         self.now = _weights(self._values)
         """Those that are on the rods."""
-        node.add_on_set_parameters_callback(self._check)
+        parameters.check_changes(lambda changed: _weights(self._changed(changed)))
         node.add_post_set_parameters_callback(self._follow)
 
     def _changed(self, parameters: list[Any]) -> dict[str, list[float]]:
-        return self._values | {p.name: list(p.value) for p in parameters if p.name in self._values}
-
-    def _check(self, parameters: list[Any]) -> Any:
-        try:
-            _weights(self._changed(parameters))
-        except (OptionError, TypeError) as error:
-            return SetParametersResult(successful=False, reason=str(error))
-        return SetParametersResult(successful=True)
+        return self._values | {p.name: list(p.value or ()) for p in parameters if p.name in self._values}
 
     def _follow(self, parameters: list[Any]) -> None:
         self._values = self._changed(parameters)

@@ -6,7 +6,7 @@ import numpy as np
 
 from cdp_ident.fit.physical import CONFIDENCE
 from cdp_ident.report.document import Document
-from cdp_ident.report.figures.description import Axis, Figure, Intervals, Line, Panel
+from cdp_ident.report.figures.description import Axis, Figure, Line, Panel
 from cdp_ident.report.figures.palette import series
 from cdp_ident.report.page import page_of
 from cdp_ident.report.schema import Section
@@ -47,7 +47,7 @@ def _place(survey: Section, estimate: Section) -> str:
 def _over_time(
     survey: Section, number: int, name: str, rigs: list[tuple[int, str, Section]], places: dict[str, int]
 ) -> Figure:
-    marks: list[Intervals | Line] = []
+    marks: list[Line] = []
     said = []
     count = max(2, len(survey["rigs"]))
     for index, rig, quantity in rigs:
@@ -57,10 +57,15 @@ def _over_time(
         values = [e["value"] for e in estimates]
         half_widths = [CONFIDENCE * e["std"] for e in estimates]
         words = [f"{e['piece']}: {e['words']}" for e in estimates]
-        marks.append(Intervals(rig, colour, at, values, half_widths, [False] * len(at), words, shape, upright=True))
+        marks.append(
+            Line(
+                rig, colour, np.array(at), np.array(values), 0.0, shape=shape, size=9.0, half_widths=half_widths,
+                upright=True, words=words,
+            )
+        )  # fmt: skip
         for begin, end, level in _stretches(survey, rig, quantity):
             marks.append(
-                Line(rig, colour, np.array([at[begin] - 0.2, at[end] + 0.2]), np.array([level, level]), dashed=True)
+                Line(rig, colour, np.array([at[begin] - 0.2, at[end] + 0.2]), np.array([level, level]), dash="dash")
             )
         said.append(f"{rig}: {quantity['latest']['value']:.4g} in the last {quantity['latest']['pieces']} of {len(at)}")
     return Figure(

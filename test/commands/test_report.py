@@ -41,7 +41,7 @@ def test_drawn_again_of_numbers_and_curves_it_is_the_same_to_the_byte_and_old_fi
 
 
 def test_curves_without_a_usable_number_are_drawn_as_far_as_they_go(folder):
-    """Which numbers are none is in test_curves_file.py."""
+    """Which numbers are none is in test_curves_npz.py."""
     with np.load(folder / CURVES) as curves:
         arrays = dict(curves)
     for name, array in arrays.items():

@@ -111,7 +111,7 @@ def test_the_page_has_a_figure_of_each_quantity_and_leads_to_each_piece(pieces):
     assert page.count("/report.html") == 22
     # Two stretches of the rig that changed, one of each other.
     (friction,) = [figure for figure in drawn if figure.title == FRICTION]
-    assert len([mark for mark in friction.panels[0].marks if type(mark).__name__ == "Line"]) == 4
+    assert len([mark for mark in friction.panels[0].marks if mark.dash == "dash"]) == 4
 
 
 def test_text_from_bags_stays_text(read_content):

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.report.figures.palette import Colour
+from cdp_ident.report.figures.palette import Colour, Dash
 
 Array = npt.NDArray[np.float64]
 
@@ -19,31 +19,31 @@ _MOST_WRITTEN = 9
 
 @dataclass(frozen=True)
 class Line:
-    """A curve; where y is not a number it is interrupted."""
+    """Points with a line through them, a mark at each, or an interval about each.
+
+    Where y is not a number a line is interrupted. Points may hide each other.
+    """
 
     label: str
     colour: Colour
     x: Array
     y: Array
     width: float = 1.5
-    dashed: bool = False
-    marked: bool = False
-    """Whether each point is marked."""
-
-
-@dataclass(frozen=True)
-class Dots:
-    """A cloud of points, which may hide each other."""
-
-    label: str
-    colour: Colour
-    x: Array
-    y: Array
-    size: float = 4.0
-    """Diameter in points."""
-    opacity: float = 0.35
-    hollow: bool = False
-    """Whether they are rings, through which what lies below can be read."""
+    """Of the line; 0 for none."""
+    dash: Dash = "solid"
+    shape: str = ""
+    """Of the marks, as plotly.js names it; empty for none. One that is `-open` lets show what lies below."""
+    size: float = 6.0
+    """Diameter of the marks in points."""
+    opacity: float = 1.0
+    hollow: Sequence[bool] = ()
+    """Which marks are only outlined, if any are."""
+    half_widths: Sequence[float] = ()
+    """Of the intervals, along x; not finite for one without ends."""
+    upright: bool = False
+    """Whether intervals are along y."""
+    words: Sequence[str] = ()
+    """What is said of each point; its coordinates, if nothing is."""
 
 
 @dataclass(frozen=True)
@@ -56,22 +56,6 @@ class Bars:
     lengths: Sequence[float]
     words: Sequence[str]
     thickness: float = 0.7
-
-
-@dataclass(frozen=True)
-class Intervals:
-    """Values with an interval to either side; hollow where the trials do not determine them."""
-
-    label: str
-    colour: Colour
-    positions: Sequence[float]
-    values: Sequence[float]
-    half_widths: Sequence[float]
-    hollow: Sequence[bool]
-    words: Sequence[str]
-    shape: str = "circle"
-    upright: bool = False
-    """Whether the values are along y, and the positions along x."""
 
 
 @dataclass(frozen=True)
@@ -89,16 +73,7 @@ class Heat:
         return self.matrix.shape[1] <= _MOST_WRITTEN
 
 
-@dataclass(frozen=True)
-class Level:
-    """A vertical line across a panel with named places, that others are compared with."""
-
-    label: str
-    colour: Colour
-    value: float
-
-
-Mark = Line | Dots | Bars | Intervals | Heat | Level
+Mark = Line | Bars | Heat
 
 
 @dataclass(frozen=True)
@@ -121,6 +96,11 @@ class Axis:
 def named(names: Iterable[str]) -> Axis:
     """Return an axis with names at the places 0, 1 and so on."""
     return Axis(ticks=[(float(place), name) for place, name in enumerate(names)])
+
+
+def level(label: str, colour: Colour, value: float, names: Axis) -> Line:
+    """Return a vertical line across a panel with named places, that others are compared with."""
+    return Line(label, colour, np.full(2, value), np.array(names.ends), 2.0, "dot", words=(f"{value:.4g}",) * 2)
 
 
 def beside(index: int, count: int, apart: float, places: int) -> list[float]:
@@ -172,9 +152,9 @@ class Figure:
 HELD_OUT = "held out"
 
 
-def _kind(mark: Line | Dots | Bars | Intervals | Level) -> str:
-    if isinstance(mark, Line):
-        return "dashed" if mark.dashed else "thin" if mark.width < 1.0 else "line"
-    if isinstance(mark, Dots) and mark.hollow:
-        return "ring"
-    return mark.shape if isinstance(mark, Intervals) else type(mark).__name__.lower()
+def _kind(mark: Line | Bars) -> str:
+    if isinstance(mark, Bars):
+        return "bars"
+    if not mark.width:
+        return mark.shape
+    return "thin" if mark.width < 1.0 else mark.dash

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from cdp_ident.report.figures.description import Axis, Bars, Figure, Level, Line, Mark, Panel, beside, named
+from cdp_ident.report.figures.description import Axis, Bars, Figure, Line, Mark, Panel, beside, level, named
 from cdp_ident.report.figures.palette import Colour
 from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import (
@@ -45,7 +45,8 @@ def before_and_after(report: Section) -> Figure:
         marks.append(Bars(model.label, model.key, beside(index, len(shown), 0.38, len(_WHERE)), errors, words, 0.34))
         said.append(f"{model.label}: {', '.join(map('{} mrad {}'.format, words, _WHERE.values()))}")
     floor = 1e3 * noise_floor(report)
-    marks.append(Level("the encoders' noise", "noise", floor))
+    roles = named(_WHERE.values())
+    marks.append(level("the encoders' noise", "noise", floor, roles))
     window = report["before"]["error"]["holdout"]["window_s"]
     return Figure(
         "errors",
@@ -53,7 +54,7 @@ def before_and_after(report: Section) -> Figure:
         f"Root mean square of measured less simulated angles over windows of {window:.2g} s, on the motion that was "
         "fitted, and on motion that neither fit nor choice has seen.",
         f"{'; '.join(said)}; the encoders' noise: {floor:.3g} mrad.",
-        [Panel(Axis("error [mrad]"), named(_WHERE.values()), marks, height=60.0 + 50.0 * len(shown))],
+        [Panel(Axis("error [mrad]"), roles, marks, height=60.0 + 50.0 * len(shown))],
     )
 
 
@@ -106,20 +107,16 @@ def _step(title: str, tried: list[Section]) -> Panel:
     rooms = np.array([max(1.0, (name.count("\n") + 1) / 2) for name in names])
     places = (np.cumsum(rooms) - rooms / 2).tolist()
     best = int(np.argmax(odds))
-    taken = [best] if odds[best] > 0.0 else []
-    others = [k for k in range(len(odds)) if k not in taken]
-    kinds: tuple[tuple[str, Colour, list[int]], ...] = (
-        ("taken", "after", taken),
-        ("tried, not taken", "noise", others),
-    )
-    marks: list[Mark] = [
-        Bars(label, colour, [places[k] for k in of], [odds[k] for k in of], [f"{odds[k]:.3g}" for k in of])
-        for label, colour, of in kinds
-        if of
-    ]
-    marks.append(Level("as probable as before", "before", 0.0))
+    marks: list[Mark] = []
+    kinds: tuple[tuple[str, Colour, bool], ...] = (("taken", "after", True), ("tried, not taken", "noise", False))
+    for label, colour, is_taken in kinds:
+        if of := [k for k, one in enumerate(odds) if (k == best and one > 0.0) is is_taken]:
+            words = [f"{odds[k]:.3g}" for k in of]
+            marks.append(Bars(label, colour, [places[k] for k in of], [odds[k] for k in of], words))
+    axis = Axis(ticks=list(zip(places, names, strict=True)))
+    marks.append(level("as probable as before", "before", 0.0, axis))
     height = 45.0 + _ROOM * float(rooms.sum())
-    return Panel(_ODDS, Axis(ticks=list(zip(places, names, strict=True))), marks, title, height)
+    return Panel(_ODDS, axis, marks, title, height)
 
 
 def candidates(report: Section) -> Iterator[Figure]:
@@ -133,7 +130,8 @@ def candidates(report: Section) -> Iterator[Figure]:
     lengths = [one["log10_odds"] for one in best.values()]
     words = [f"{odds(one['log10_odds'])}, {chance(one['probability'])}" for one in best.values()]
     bars = Bars("with it", "noise", beside(0, 1, 0.0, len(best)), lengths, words)
-    marks: list[Mark] = [bars, Level("as probable as without it", "before", 0.0)]
+    names = named(best)
+    marks: list[Mark] = [bars, level("as probable as without it", "before", 0.0, names)]
     yield Figure(
         "candidates",
         "What else was looked for",
@@ -141,7 +139,7 @@ def candidates(report: Section) -> Iterator[Figure]:
         "the effect is there; of an effect with several forms those of the best one. Left of zero the trials speak "
         "against it.",
         f"{'; '.join(map('{}: {}'.format, best, words))}.",
-        [Panel(_ODDS, named(best), marks, height=40.0 + 20.0 * len(best))],
+        [Panel(_ODDS, names, marks, height=40.0 + 20.0 * len(best))],
     )
 
 
@@ -157,7 +155,7 @@ def prediction(report: Section) -> Iterator[Figure]:
         for key, label, width in (("median_rad", model.label, 2.5), ("upper_rad", upper, 1.0)):
             errors = np.degrees(ahead[model.key][key])
             drawn = np.where(np.isfinite(errors) & (errors > 0.0), errors, np.nan)
-            lines.append(Line(label, model.key, time, drawn, width, dashed=model.key == "before"))
+            lines.append(Line(label, model.key, time, drawn, width, model.dash))
     lines += [Line(f"{limit:.3g}°", "noise", time[[0, -1]], np.full(2, limit), 1.0) for limit in limits]
     where = "held-out trials" if ahead["held_out"] else "the trials"
     said = "; ".join(f"within {limit:.3g}° for {predicted_for(report, k)} s" for k, limit in enumerate(limits))
@@ -200,7 +198,7 @@ def _correlations(report: Section, key: str, title: str) -> Panel:
         first = 0 if key in ("theta1", "theta2") else -(len(values) // 2)
         lags = 1e3 * report["residuals"]["interval_s"] * np.arange(first, first + len(values))
         ends = lags[[0, -1]]
-        marks.append(Line(model.label, model.key, lags, values, marked=True, dashed=model.key == "before"))
+        marks.append(Line(model.label, model.key, lags, values, 1.5, model.dash, "circle"))
     # The bounds are of the final model.
-    marks += [Line("99 % bounds", "noise", ends, np.full(2, sign * bound), 1.0, dashed=True) for sign in (-1, 1)]
+    marks += [Line("99 % bounds", "noise", ends, np.full(2, sign * bound), 1.0, "dash") for sign in (-1, 1)]
     return Panel(Axis("lag [ms]"), Axis("correlation", limits=(-1.05, 1.05)), marks, title, 130)

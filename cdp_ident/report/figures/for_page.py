@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.report.figures.description import Axis, Bars, Dots, Figure, Heat, Intervals, Level, Line, Mark, Panel
+from cdp_ident.report.figures.description import Axis, Bars, Figure, Heat, Mark
 from cdp_ident.report.figures.palette import Colour
 
 Json = dict[str, Any]
@@ -64,7 +64,7 @@ def plotly_figure(figure: Figure, arrays: Arrays) -> Json:
         suffix = str(index + 1) if index else ""
         low, high = max((top - panel.height) / inside, 0.0), min(top / inside, 1.0)
         x, y = "x" if figure.shared_x else f"x{suffix}", f"y{suffix}"
-        data += [{**_trace(mark, panel, arrays), "xaxis": x, "yaxis": y} for mark in panel.marks]
+        data += [{**_trace(mark, arrays), "xaxis": x, "yaxis": y} for mark in panel.marks]
         layout[f"yaxis{suffix}"] = {**_axis(panel.y, "y"), "domain": [low, high], "anchor": x}
         if not figure.shared_x or index == last:
             layout[f"xaxis{x[1:]}"] = {**_axis(panel.x, "x"), "anchor": y}
@@ -87,61 +87,36 @@ def _literal(text: str) -> str:
     return html.escape(text, quote=False).replace("\n", "<br>")
 
 
-def _trace(mark: Mark, panel: Panel, arrays: Arrays) -> Json:
+def _trace(mark: Mark, arrays: Arrays) -> Json:
     if isinstance(mark, Heat):
         return _heat(mark)
-    trace: Json = {"type": "scatter", "name": _literal(mark.label.partition(":")[0]), "meta": mark.label}
-    if isinstance(mark, Line | Dots):
-        trace |= {"x": arrays.keep(mark.x), "y": arrays.keep(mark.y)}
-    if isinstance(mark, Line):
-        return trace | {
-            "mode": "lines+markers" if mark.marked else "lines",
-            "line": {"color": _colour(mark.colour), "width": mark.width, "dash": "dash" if mark.dashed else "solid"},
-            "hovertemplate": "%{y:.5g}",
-        }
-    if isinstance(mark, Dots):
-        return trace | {
-            "mode": "markers", "hovertemplate": "%{x:.4g}, %{y:.4g}",
-            "marker": {
-                "color": _colour(mark.colour), "size": mark.size, "opacity": mark.opacity,
-                "symbol": "circle-open" if mark.hollow else "circle",
-            },
-        }  # fmt: skip
+    colour = _colour(mark.colour)
+    trace: Json = {"name": _literal(mark.label.partition(":")[0]), "meta": mark.label}
+    trace["text"] = [_literal(words) for words in mark.words]
     if isinstance(mark, Bars):
         return trace | {
             "type": "bar", "x": _finite(mark.lengths), "y": list(mark.positions), "width": mark.thickness,
-            "marker": {"color": _colour(mark.colour)}, "text": [_literal(words) for words in mark.words],
+            "marker": {"color": colour},
             "insidetextfont": {"color": _colour("ink" if mark.colour == "noise" else "surface")},
         }  # fmt: skip
-    if isinstance(mark, Level):
-        return trace | {
-            "mode": "lines", "x": [mark.value, mark.value], "y": list(panel.y.ends), "hoverinfo": "name",
-            "line": {"color": _colour(mark.colour), "width": 2, "dash": "dot"},
+    marker: Json = {"color": colour, "size": mark.size, "opacity": mark.opacity, "symbol": mark.shape or "circle"}
+    if mark.hollow:
+        fills = [_colour("surface" if hollow else mark.colour) for hollow in mark.hollow]
+        marker |= {"color": fills, "line": {"color": colour, "width": 1.8}}
+    if mark.half_widths:
+        trace["error_y" if mark.upright else "error_x"] = {
+            "type": "data", "array": _finite(mark.half_widths), "color": colour, "thickness": 1.6, "width": 4,
         }  # fmt: skip
-    return trace | _intervals(mark)
+    return trace | {
+        "type": "scatter", "x": arrays.keep(mark.x), "y": arrays.keep(mark.y), "marker": marker,
+        "mode": "+".join(part for part, there in (("lines", mark.width), ("markers", mark.shape)) if there),
+        "line": {"color": colour, "width": mark.width, "dash": mark.dash},
+        "hovertemplate": "%{text}" if mark.words else "%{y:.5g}" if mark.width else "%{x:.4g}, %{y:.4g}",
+    }  # fmt: skip
 
 
 def _finite(values: Sequence[float]) -> list[float | None]:
     return [value if math.isfinite(value) else None for value in values]
-
-
-def _intervals(mark: Intervals) -> Json:
-    along, across = ("y", "x") if mark.upright else ("x", "y")
-    return {
-        "mode": "markers",
-        along: _finite(mark.values),
-        across: list(mark.positions),
-        f"error_{along}": {
-            "type": "data", "array": _finite(mark.half_widths), "color": _colour(mark.colour), "thickness": 1.6,
-            "width": 4,
-        },
-        "marker": {
-            "color": [_colour("surface" if hollow else mark.colour) for hollow in mark.hollow],
-            "line": {"color": _colour(mark.colour), "width": 1.8}, "size": 9, "symbol": mark.shape,
-        },
-        "text": [_literal(words) for words in mark.words],
-        "hovertemplate": "%{text}",
-    }  # fmt: skip
 
 
 def _heat(mark: Heat) -> Json:

@@ -17,7 +17,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from cdp_ident.report.figures.description import Axis, Bars, Dots, Figure, Heat, Intervals, Level, Line, Mark, Panel
+from cdp_ident.report.figures.description import Axis, Bars, Figure, Heat, Line, Mark, Panel
 from cdp_ident.report.figures.palette import LIGHT, SHAPES, Colour
 
 _WIDTH = 6.5
@@ -27,6 +27,7 @@ _PIXELS = 96.0
 _LEGEND_ROW, _LEGEND_LETTERS = 0.22, 100
 """Height of a row [inches], and letters that it has room for; an entry's line takes eight."""
 _RESOLUTION = 150.0
+_DASHES: dict[str, tuple[float, ...]] = {"solid": (), "dash": (4, 2), "dot": (2, 1.5)}
 _BEHIND_WORDS = {"facecolor": LIGHT["surface"], "linewidth": 0, "pad": 0.6}
 _SETTINGS = {
     **dict.fromkeys(("axes.edgecolor", "xtick.color", "ytick.color"), LIGHT["quiet"]),
@@ -105,35 +106,31 @@ def _axis(axis: Axis, ax: Axes, which: str) -> None:
 
 def _mark(mark: Mark, ax: Axes) -> None:
     if isinstance(mark, Line):
-        ax.plot(
-            mark.x, mark.y, color=LIGHT[mark.colour], linewidth=0.7 * mark.width, dashes=(4, 2) if mark.dashed else (),
-            marker="o" if mark.marked else None, markersize=4,
-        )  # fmt: skip
-    elif isinstance(mark, Dots):
-        ax.plot(
-            mark.x, mark.y, linestyle="none", marker="o", markersize=0.6 * mark.size,
-            markeredgewidth=1.2 if mark.hollow else 0, fillstyle="none" if mark.hollow else "full",
-            color=LIGHT[mark.colour], alpha=mark.opacity, rasterized=True,
-        )  # fmt: skip
+        _line(mark, ax)
     elif isinstance(mark, Bars):
         bars = ax.barh(mark.positions, mark.lengths, mark.thickness, color=LIGHT[mark.colour])
         ax.bar_label(bars, [_literal(words) for words in mark.words], padding=3, fontsize=8, bbox=_BEHIND_WORDS)
         ax.margins(x=0.1)
-    elif isinstance(mark, Intervals):
-        for position, value, half, hollow in zip(
-            mark.positions, mark.values, mark.half_widths, mark.hollow, strict=True
-        ):
-            interval = half if math.isfinite(half) else None
-            place = (position, value, interval) if mark.upright else (value, position, None, interval)
-            ax.errorbar(
-                *place, color=LIGHT[mark.colour], capsize=2,
-                marker=SHAPES[mark.shape], markersize=4.5, linewidth=1.1,
-                markerfacecolor=LIGHT["surface"] if hollow else LIGHT[mark.colour],
-            )  # fmt: skip
-    elif isinstance(mark, Level):
-        ax.axvline(mark.value, color=LIGHT[mark.colour], linewidth=1.2, dashes=(2, 1.5))
     else:
         _heat(mark, ax)
+
+
+def _line(mark: Line, ax: Axes) -> None:
+    colour, shape = LIGHT[mark.colour], mark.shape.removesuffix("-open")
+    if mark.half_widths:
+        halves = np.where(np.isfinite(mark.half_widths), mark.half_widths, np.nan)
+        y, x = (halves, None) if mark.upright else (None, halves)
+        ax.errorbar(mark.x, mark.y, y, x, fmt="none", ecolor=colour, elinewidth=1.1, capsize=2)
+    hollow = np.array(mark.hollow or [False] * len(mark.x))
+    for is_hollow in np.unique(hollow):
+        ax.plot(
+            mark.x[hollow == is_hollow], mark.y[hollow == is_hollow], color=colour, alpha=mark.opacity,
+            linewidth=0.7 * mark.width, linestyle=(0, _DASHES[mark.dash]) if mark.width else "none",
+            marker=SHAPES.get(shape), markersize=0.6 * mark.size, fillstyle="full" if shape == mark.shape else "none",
+            markeredgewidth=1.0 if mark.hollow or shape != mark.shape else 0.0,
+            markerfacecolor=LIGHT["surface"] if is_hollow else colour,
+            rasterized=mark.opacity < 1.0,  # such clouds have many points
+        )  # fmt: skip
 
 
 def _heat(mark: Heat, ax: Axes) -> None:
@@ -149,11 +146,11 @@ def _handle(label: str, colour: Colour, kind: str) -> Line2D | Patch:
     label = _literal(label)
     if kind in ("bars", "span"):
         return Patch(color=LIGHT[colour], label=label)
-    marker = SHAPES.get(kind, "o" if kind in ("dots", "ring") else "")
-    style = {"dots": "none", "ring": "none", "level": ":", "dashed": "--"}.get(kind, "-")
+    marker, is_open = SHAPES.get(kind.removesuffix("-open"), ""), kind.endswith("-open")
     return Line2D(
-        [], [], color=LIGHT[colour], marker=marker, markersize=4.5, linestyle=style, label=label,
-        linewidth=0.5 if kind == "thin" else 1.5, fillstyle="none" if kind == "ring" else "full",
+        [], [], color=LIGHT[colour], marker=marker, markersize=4.5, label=label,
+        linestyle="none" if marker else (0, _DASHES.get(kind, ())), linewidth=0.5 if kind == "thin" else 1.5,
+        fillstyle="none" if is_open else "full",
     )  # fmt: skip
 
 

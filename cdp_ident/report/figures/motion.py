@@ -79,7 +79,7 @@ def measured_and_simulated(
         lines = [
             Line("measured", "ink", time, measured[:, column], width=2.5),
             *(
-                Line(model.label, model.key, time, angles[:, column], dashed=model.key == "before")
+                Line(model.label, model.key, time, angles[:, column], dash=model.dash)
                 for model, angles in simulated.items()
             ),
         ]

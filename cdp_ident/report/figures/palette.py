@@ -12,6 +12,7 @@ Colour = Literal[
     "ink", "quiet", "grid", "surface", "before", "after", "noise", "held_out",
     "series1", "series2", "series3", "series4", "series5", "series6",
 ]  # fmt: skip
+Dash = Literal["solid", "dash", "dot"]
 
 _ON_GROUNDS: dict[Colour, tuple[str, str]] = {
     "ink": ("#1b1f24", "#e6edf3"),

@@ -8,11 +8,14 @@ from dataclasses import replace
 import numpy as np
 
 from cdp_ident.fit.physical import CONFIDENCE
-from cdp_ident.report.figures.description import Axis, Figure, Heat, Intervals, Level, Panel, beside, named
+from cdp_ident.report.figures.description import Axis, Figure, Heat, Line, Panel, beside, level, named
 from cdp_ident.report.figures.errors import wrapped
-from cdp_ident.report.figures.palette import series
+from cdp_ident.report.figures.palette import Colour, series
 from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import in_unit, models, nominal_groups, nominal_value, short_name
+
+_Shown = tuple[str, Colour, str, Section]
+"""Label, colour and shape of quantities, and these by their names."""
 
 
 def against_nominal(report: Section) -> Figure:
@@ -40,35 +43,33 @@ def against_nominal(report: Section) -> Figure:
 
 
 def _over_nominal(report: Section, kind: str, nominal: Mapping[str, float], title: str) -> Panel:
-    shown, reference = models(report), {name: value for name, value in nominal.items() if value}
-    marks = [
-        replace(
-            _against(reference, report[model.key][kind], beside(index, len(shown), 0.3, len(reference)), 1.0, 0.0),
-            label=model.label,
-            colour=model.key,
-            shape="diamond" if model.key == "before" else "circle",
-        )
-        for index, model in enumerate(shown)
-    ]
+    reference = {name: value for name, value in nominal.items() if value}
+    shapes = {"before": "diamond", "after": "circle"}
+    shown = [(model.label, model.key, shapes[model.key], report[model.key][kind]) for model in models(report)]
     names, height = named(map(short_name, reference)), 60.0 + 30.0 * len(reference)
-    return Panel(Axis("fitted / nominal"), names, [Level("nominal", "noise", 1.0), *marks], title, height)
+    marks = [level("nominal", "noise", 1.0, names), *_against(reference, shown, 0.3)]
+    return Panel(Axis("fitted / nominal"), names, marks, title, height)
 
 
 def _against(
-    reference: Mapping[str, float], quantities: Section, positions: Sequence[float], unit: float, origin: float
-) -> Intervals:
-    """Return quantities over their reference values, as so many units from an origin."""
-    of = [quantities[name] for name in reference]
-    pairs = list(zip(of, reference.values(), strict=True))
-    return Intervals(
-        "",
-        "ink",
-        positions,
-        [unit * (quantity["value"] / value - origin) for quantity, value in pairs],
-        [unit * CONFIDENCE * quantity["std"] / abs(value) for quantity, value in pairs],
-        [not quantity.get("determined", True) for quantity in of],
-        [in_unit(quantity["value"], quantity["std"], quantity.get("unit", "")) for quantity in of],
-    )
+    reference: Mapping[str, float], shown: Sequence[_Shown], apart: float, unit: float = 1.0, origin: float = 0.0
+) -> Iterator[Line]:
+    """Yield quantities over their reference values, as so many units from an origin."""
+    for index, (label, colour, shape, quantities) in enumerate(shown):
+        of = [quantities[name] for name in reference]
+        pairs = list(zip(of, reference.values(), strict=True))
+        yield Line(
+            label,
+            colour,
+            np.array([unit * (quantity["value"] / value - origin) for quantity, value in pairs]),
+            np.array(beside(index, len(shown), apart, len(reference))),
+            0.0,
+            shape=shape,
+            size=9.0,
+            hollow=[not quantity.get("determined", True) for quantity in of],
+            half_widths=[unit * CONFIDENCE * quantity["std"] / abs(value) for quantity, value in pairs],
+            words=[in_unit(quantity["value"], quantity["std"], quantity.get("unit", "")) for quantity in of],
+        )
 
 
 def correlation(report: Section) -> Iterator[Figure]:
@@ -129,15 +130,13 @@ def estimates_against(
     """Complete a figure with estimates of several trials or runs, as their relative difference from a joint one."""
     values = {name: quantity["value"] for name, quantity in joint.items()}
     reference = {name: value for name, value in values.items() if value and np.isfinite(value)}
-    apart, marks, said = 0.6 / max(len(estimates), 2), [], []
-    for index, (trial, quantities) in enumerate(estimates):
-        colour, shape = series(index)
-        positions = beside(index, len(estimates), apart, len(reference))
-        mark = _against(reference, quantities, positions, 100.0, 1.0)
-        marks.append(replace(mark, label=trial, colour=colour, shape=shape))
-        of = (f"{short_name(n)} {d:+.2g} %" for n, d in zip(reference, mark.values, strict=True))
-        said.append(f"{trial}: {', '.join(of)}")
+    shown = [(trial, *series(index), quantities) for index, (trial, quantities) in enumerate(estimates)]
+    marks = list(_against(reference, shown, 0.6 / max(len(estimates), 2), 100.0, 1.0))
+    said = "; ".join(
+        f"{mark.label}: {', '.join(f'{short_name(n)} {d:+.2g} %' for n, d in zip(reference, mark.x, strict=True))}"
+        for mark in marks
+    )
     height = 60.0 + max(34.0, 13.0 * len(estimates)) * len(reference)
     names = named(map(short_name, reference))
-    panel = Panel(Axis(label), names, [Level(origin, "noise", 0.0), *marks], height=height)
-    return replace(figure, alternative=f"{figure.title}. {'; '.join(said)}.", panels=[panel])
+    panel = Panel(Axis(label), names, [level(origin, "noise", 0.0, names), *marks], height=height)
+    return replace(figure, alternative=f"{figure.title}. {said}.", panels=[panel])

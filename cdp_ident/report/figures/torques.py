@@ -12,7 +12,7 @@ from cdp_ident.fit.physical import CONFIDENCE
 from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.model.parameters import INERTIA
 from cdp_ident.report.curves import Array, Curves, TorqueCurves
-from cdp_ident.report.figures.description import Axis, Dots, Figure, Line, Panel
+from cdp_ident.report.figures.description import Axis, Figure, Line, Panel
 from cdp_ident.report.figures.motion import TIME
 from cdp_ident.report.figures.palette import Colour
 from cdp_ident.report.schema import Section
@@ -23,6 +23,7 @@ Abscissa = Literal["speed", "angle"]
 _MOST_DOTS = 1500
 _MOST_IN_TIME = 5000
 """Points of a line over time."""
+_ONE_STD = "± one standard deviation"
 _GAP = 1.5
 """Motion is interrupted where a step is longer than so many usual ones."""
 _BINS = 25
@@ -71,7 +72,7 @@ def missing_torques(report: Section, curves: Curves) -> Iterator[Figure]:
             for model, torques in shown:
                 values = (unit.size * of[:, column] for of in (torques.missing, torques.std))
                 x = _abscissa(torques, abscissa, column)
-                marks += _cloud(model.label, f"mean {model.key}", model.key, x, *values)
+                marks += _cloud(model.label, f"mean {model.key}", model, x, *values)
             yield _panel(abscissa, JOINTS[column], marks, unit)
 
     over_time = [
@@ -112,7 +113,7 @@ def effects_through_residuals(report: Section, curves: Curves) -> Iterator[Figur
         panels = []
         for abscissa in _LABELS:
             x = _abscissa(torques, abscissa, column)
-            marks = _cloud("missing without it", "mean without it", "before", x, without, std)
+            marks = _cloud("missing without it", "mean without it", models(report)[0], x, without, std)
             marks.append(_dots("the fitted effect", "ink", x, fitted, size=3.0, opacity=0.9))
             panels.append(_panel(abscissa, JOINTS[column], marks, unit))
         title = effect_title(effect)
@@ -135,11 +136,8 @@ def nonparametric_torques(report: Section) -> Iterator[Figure]:
             continue
         x = np.array(curve["at"], dtype=float)
         torque, std = (unit.size * np.array(curve[key], dtype=float) for key in ("torque", "std"))
-        marks = [
-            Line("the torque", "after", x, torque, width=2.5),
-            Line("95 % band", "quiet", x, torque + CONFIDENCE * std, dashed=True),
-            Line("95 % band, below", "quiet", x, torque - CONFIDENCE * std, dashed=True),
-        ]
+        marks = [Line("the torque", "after", x, torque, 2.5), *_band("95 % band", x, torque, CONFIDENCE * std)]
+        axis = Axis(_LABELS[curve["over"]].format(effect["joint"]))
         title, likeness = effect_title(effect), f" It is like that of {curve['likeness']}." if curve["likeness"] else ""
         place = int(np.argmax(np.abs(torque)))
         yield Figure(
@@ -149,11 +147,7 @@ def nonparametric_torques(report: Section) -> Iterator[Figure]:
             + likeness
             + unit.caption,
             f"{title}: up to {torque[place]:.3g} ± {std[place]:.2g} {unit.name} at {x[place]:.3g}." + likeness,
-            [
-                Panel(
-                    Axis(_LABELS[curve["over"]].format(effect["joint"])), unit.axis(effect["joint"]), marks, height=240
-                )
-            ],
+            [Panel(axis, unit.axis(effect["joint"]), marks, height=240)],
         )
 
 
@@ -166,12 +160,12 @@ def _abscissa(torques: TorqueCurves, abscissa: Abscissa, column: int) -> Array:
     return values if abscissa == "speed" else (values + np.pi) % (2 * np.pi) - np.pi
 
 
-def _dots(label: str, colour: Colour, x: Array, y: Array, size: float = 4.0, opacity: float = 0.3) -> Dots:
+def _dots(label: str, colour: Colour, x: Array, y: Array, size: float = 4.0, opacity: float = 0.3) -> Line:
     every = slice(None, None, max(1, -(-len(x) // _MOST_DOTS)))
-    return Dots(label, colour, x[every], y[every], size, opacity)
+    return Line(label, colour, x[every], y[every], 0.0, shape="circle", size=size, opacity=opacity)
 
 
-def _cloud(label: str, of_mean: str, colour: Colour, x: Array, y: Array, std: Array) -> list[Dots | Line]:
+def _cloud(label: str, of_mean: str, model: Model, x: Array, y: Array, std: Array) -> list[Line]:
     """Return a cloud, its mean in bins of equal counts at the bins' means, and that one's band.
 
     Neighbours share their errors, so that a mean is no surer than they are.
@@ -181,8 +175,8 @@ def _cloud(label: str, of_mean: str, colour: Colour, x: Array, y: Array, std: Ar
     counts = np.bincount(places)
     enough = counts >= _FEWEST_IN_BIN
     at, mean, variance = (np.bincount(places, weights=values)[enough] / counts[enough] for values in (x, y, std**2))
-    line = Line(of_mean, colour, at, mean, width=3.0, dashed=colour == "before")
-    return [_dots(label, colour, x, y), line, *_band(of_mean, at, mean, np.sqrt(variance))]
+    line = Line(of_mean, model.key, at, mean, 3.0, model.dash)
+    return [_dots(label, model.key, x, y), line, *_band(f"{_ONE_STD}, {of_mean}", at, mean, np.sqrt(variance))]
 
 
 def _over_time(model: Model, torques: TorqueCurves, trial: int, column: int, unit: _Unit) -> list[Line]:
@@ -193,20 +187,19 @@ def _over_time(model: Model, torques: TorqueCurves, trial: int, column: int, uni
     steps = np.diff(time)
     gaps = np.flatnonzero(steps > _GAP * np.median(steps)) + 1 if len(steps) else np.zeros(0, dtype=int)
     time, missing, std = (np.insert(values, gaps, np.nan) for values in (time, missing, std))
-    line = Line(model.label, model.key, time, missing, width=2.0, dashed=model.key == "before")
-    return [line, *_band(model.key, time, missing, std)]
+    line = Line(model.label, model.key, time, missing, 2.0, model.dash)
+    return [line, *_band(f"{_ONE_STD}, {model.key}", time, missing, std)]
 
 
-def _band(of: str, x: Array, y: Array, std: Array) -> list[Line]:
-    """Return both edges of a band of one standard deviation as one line that is interrupted between them, if any."""
-    edges = np.concatenate([y + std, [np.nan], y - std])
-    line = Line(f"± one standard deviation, {of}", "quiet", np.concatenate([x, [np.nan], x]), edges, width=1.0)
-    return [line] if np.any(std) else []
+def _band(label: str, x: Array, y: Array, half_width: Array) -> list[Line]:
+    """Return both edges of a band as one line that is interrupted between them, if it has any width."""
+    edges = np.concatenate([y + half_width, [np.nan], y - half_width])
+    return [Line(label, "quiet", np.concatenate([x, [np.nan], x]), edges, 1.0)] if np.any(half_width) else []
 
 
-def _panel(abscissa: Abscissa, joint: str, marks: list[Dots | Line], unit: _Unit) -> Panel:
+def _panel(abscissa: Abscissa, joint: str, marks: list[Line], unit: _Unit) -> Panel:
     """Return a panel whose limits leave out the few dots that are far off."""
-    clouds = np.concatenate([mark.y for mark in marks if isinstance(mark, Dots)])
+    clouds = np.concatenate([mark.y for mark in marks if not mark.width])
     clouds = clouds[np.isfinite(clouds)]
     limit = max(1.2 * float(np.quantile(np.abs(clouds), _SHOWN)), 1e-9) if len(clouds) else 1.0
     y = replace(unit.axis(joint), limits=(-limit, limit))

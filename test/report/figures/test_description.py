@@ -4,7 +4,7 @@
 
 import numpy as np
 
-from cdp_ident.report.figures.description import Axis, Bars, Dots, Figure, Heat, Level, Line, Panel
+from cdp_ident.report.figures.description import Axis, Bars, Figure, Heat, Line, Panel, level, named
 
 NOTHING = np.zeros(2)
 
@@ -12,22 +12,22 @@ NOTHING = np.zeros(2)
 def test_the_legend_has_each_name_once_with_colour_and_kind():
     marks = [
         Line("a", "ink", NOTHING, NOTHING),
-        Line("b", "before", NOTHING, NOTHING, dashed=True),
-        Level("n", "noise", 1),
+        Line("b", "before", NOTHING, NOTHING, dash="dash"),
+        level("n", "noise", 1.0, named("ab")),
         Line("t", "before", NOTHING, NOTHING, width=0.6),
     ]
     again = [
         Line("a", "ink", NOTHING, NOTHING),
-        Dots("d", "after", NOTHING, NOTHING),
+        Line("d", "after", NOTHING, NOTHING, 0.0, shape="circle"),
         Bars("e", "after", [0], [1], ["1"]),
     ]
     panels = [Panel(Axis(), Axis(), marks), Panel(Axis(), Axis(), again, held_out=[(0.0, 1.0)])]
     assert Figure("f", "", "", "", panels).legend() == [
-        ("a", "ink", "line"),
-        ("b", "before", "dashed"),
-        ("n", "noise", "level"),
+        ("a", "ink", "solid"),
+        ("b", "before", "dash"),
+        ("n", "noise", "dot"),
         ("t", "before", "thin"),
-        ("d", "after", "dots"),
+        ("d", "after", "circle"),
         ("e", "after", "bars"),
         ("held out", "held_out", "span"),
     ]

@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from cdp_ident.report.figures.description import Bars, Level
+from cdp_ident.report.figures.description import Bars
 from cdp_ident.report.figures.errors import (
     before_and_after,
     best_error,
@@ -23,8 +23,7 @@ def test_errors_stand_beside_the_noise(read_content):
     errors = read_content["before"]["error"]
     assert before.lengths == pytest.approx([1e3 * errors[role]["rmse_rad"] for role in ("holdout", "fit")])
     assert max(after.lengths) < min(before.lengths) / 10
-    assert isinstance(noise, Level)
-    assert noise.value == pytest.approx(0.278, rel=0.03)
+    assert noise.x[0] == noise.x[1] == pytest.approx(0.278, rel=0.03)
     assert f"{before.lengths[0]:.3g} mrad held out" in figure.alternative
 
 
@@ -59,7 +58,7 @@ def test_every_effect_that_was_tried_is_in_the_picture_and_the_taken_one_stands_
     place = [position for position, _ in panel.y.ticks].index(bars["taken"].positions[0])
     assert tried[place]["effects"] == ["coulomb_friction.outer"]
     assert panel.title == "Step 1: added coulomb friction, outer"
-    assert next(mark for mark in panel.marks if isinstance(mark, Level)).value == 0.0
+    assert panel.marks[-1].x.tolist() == [0.0, 0.0]
 
 
 def test_where_nothing_helps_nothing_stands_out(with_many_tried):

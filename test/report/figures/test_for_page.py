@@ -11,7 +11,7 @@ import plotly.graph_objects
 import pytest
 
 from cdp_ident.report.chapters import document_of
-from cdp_ident.report.figures.description import Axis, Dots, Figure, Intervals, Line, Panel
+from cdp_ident.report.figures.description import Axis, Figure, Line, Panel
 from cdp_ident.report.figures.for_page import Arrays, plotly_figure
 from cdp_ident.report.figures.palette import DARK, LIGHT
 
@@ -48,9 +48,9 @@ def test_panels_stand_one_below_the_other_without_touching(read_content, shown_c
 
 
 def test_upright_intervals_are_along_y():
-    mark = Intervals("a", "ink", [3.0], [1.0], [0.2], [False], ["one"], upright=True)
+    mark = Line("a", "ink", np.array([3.0]), np.array([1.0]), 0.0, shape="circle", half_widths=[0.2], upright=True)
     (trace,) = plotly_figure(Figure("f", "", "", "", [Panel(Axis(), Axis(), [mark])]), Arrays())["data"]
-    assert (trace["x"], trace["y"], trace["error_y"]["array"]) == ([3.0], [1.0], [0.2])
+    assert (trace["mode"], trace["error_y"]["array"]) == ("markers", [0.2])
     assert "error_x" not in trace
 
 
@@ -74,11 +74,11 @@ def test_four_bytes_a_number_are_enough_for_an_angle():
 def test_text_is_no_markup():
     evil = "<b>$x</b><img src=x onerror=alert(1)>"
     nothing = np.zeros(1)
-    mark = Intervals(evil, "ink", [0.0], [1.0], [np.inf], [True], [evil])
+    mark = Line(evil, "ink", nothing, nothing, hollow=[True], half_widths=[np.inf], words=[evil])
     panel = Panel(
         Axis(evil),
         Axis(ticks=[(0.0, evil)]),
-        [mark, Dots(evil, "ink", nothing, nothing), Line("a", "ink", nothing, nothing)],
+        [mark, Line(evil, "ink", nothing, nothing, 0.0, shape="circle"), Line("a", "ink", nothing, nothing)],
         evil,
     )
     drawn = plotly_figure(Figure("f", evil, evil, evil, [panel]), Arrays())

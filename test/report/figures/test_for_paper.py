@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from cdp_ident.report.figures.description import Axis, Figure, Intervals, Line, Panel
+from cdp_ident.report.figures.description import Axis, Figure, Line, Panel
 
 
 @pytest.fixture(scope="module")
@@ -21,8 +21,8 @@ def png_and_svg():
 
 def figure(text="name"):
     x = np.linspace(0, 1, 9)
-    mark = Intervals(text, "ink", [0.0], [1.0], [np.inf], [True], [text])
-    upright = Intervals(text, "ink", [0.5], [0.4], [0.1], [False], [text], upright=True)
+    mark = Line(text, "ink", x[-1:], x[:1], 0.0, shape="star", hollow=[True], half_widths=[np.inf], words=[text])
+    upright = Line(text, "ink", x[:1], x[:1], 0.0, half_widths=[0.1], upright=True)
     panels = [
         Panel(Axis(text), Axis(text), [Line(text, "after", x, x**2), upright]),
         Panel(Axis(), Axis(ticks=[(0, text)]), [mark]),

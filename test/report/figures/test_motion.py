@@ -32,7 +32,7 @@ def test_each_trial_has_its_angles_and_beneath_them_what_is_left(read_content, s
     left_before, left_after = figure.panels[3].marks
     assert left_before.y == pytest.approx(1e3 * (measured.y - before.y))
     assert left_after.y == pytest.approx(1e3 * (measured.y - after.y))
-    assert (before.dashed, after.dashed) == (True, False)
+    assert (before.dash, after.dash) == ("dash", "solid")
     assert (left_before.label, left_before.colour) == (before.label, before.colour)
 
 

@@ -5,19 +5,19 @@
 import numpy as np
 import pytest
 
-from cdp_ident.report.figures.description import Heat, Intervals
+from cdp_ident.report.figures.description import Heat, Line
 from cdp_ident.report.figures.parameters import against_nominal, correlation, estimates_against, repeatability
 
 
 def intervals(panel):
-    return [mark for mark in panel.marks if isinstance(mark, Intervals)]
+    return [mark for mark in panel.marks if isinstance(mark, Line) and mark.half_widths]
 
 
 def test_groups_and_physical_values_stand_over_nominal(read_content):
     groups, physical = against_nominal(read_content).panels
     before, after = intervals(groups)
-    assert len(after.values) == 5
-    assert after.values[2] == pytest.approx(read_content["after"]["groups"]["a1_over_A22"]["value"] / 2.6327, rel=1e-3)
+    assert len(after.x) == 5
+    assert after.x[2] == pytest.approx(read_content["after"]["groups"]["a1_over_A22"]["value"] / 2.6327, rel=1e-3)
     assert not any(after.hollow)
     assert list(intervals(physical)[1].hollow) == [True] * 9 + [False, True]  # L alone is determined
     assert [name for _, name in physical.y.ticks] == ["m1", "m2", "m0", "l1", "l2", "J1", "J2", "c1", "c2", "L", "A22"]
@@ -59,7 +59,7 @@ def test_each_trial_stands_against_the_joint_fit(read_content):
     alone = read_content["repeatability"]["trials"][0]["groups"]["c2_over_A22"]["value"]
     joint = read_content["after"]["groups"]["c2_over_A22"]["value"]
     assert wide.label == "swing_wide"
-    assert wide.values[4] == pytest.approx(100 * (alone / joint - 1))
+    assert wide.x[4] == pytest.approx(100 * (alone / joint - 1))
     assert (wide.colour, wide.shape) != (folded.colour, folded.shape)
 
 
@@ -68,5 +68,5 @@ def test_many_runs_find_room(read_content):
     estimates = [(f"run {k}", read_content["repeatability"]["trials"][0]["groups"]) for k in range(12)]
     joint = {"a1_over_A22": {"value": 2.7}, "c2_over_A22": {"value": 0.01}}
     many = estimates_against(estimates, joint, figure, "", "")
-    positions = sorted(position for mark in intervals(many.panels[0]) for position in mark.positions)
+    positions = sorted(position for mark in intervals(many.panels[0]) for position in mark.y)
     assert np.min(np.diff(positions)) * many.panels[0].height / 2 > 8  # pixels

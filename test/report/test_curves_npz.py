@@ -10,9 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cdp_ident.errors import ReportError
-from cdp_ident.report import curves_file
-from cdp_ident.report.curves import Curves, TorqueCurves, TrialCurves
-from cdp_ident.report.curves_file import curves_npz, read_curves
+from cdp_ident.report.curves import Curves, TorqueCurves, TrialCurves, curves_npz, read_curves
 
 
 def some_curves(samples=7, effects=2, trials=2):
@@ -98,7 +96,7 @@ def test_a_missing_file_is_named(tmp_path):
 
 
 def test_a_file_that_unfolds_to_too_much_is_not_unfolded(path, monkeypatch):
-    monkeypatch.setattr(curves_file, "_LARGEST", 10_000)
+    monkeypatch.setattr("cdp_ident.report.curves._LARGEST", 10_000)
     np.savez_compressed(path, zeros=np.zeros(10_000))
     with pytest.raises(ReportError, match="would unfold to"):
         read_curves(path, 2, 2)
