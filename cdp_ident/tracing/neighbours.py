@@ -161,7 +161,7 @@ def _in_the_way(one: Effect, other: Effect) -> bool:
 
 def _extended(present: Sequence[Effect]) -> list[Effect]:
     """Return effects that contain one of a model's."""
-    return [e for e in known_effects() for one in present if e.contained == (one.name, one.joint) and e != one]
+    return [effect for effect in known_effects() for one in present if effect.extends(one)]
 
 
 def _differences(found: WholeSwings) -> list[Score]:
@@ -216,7 +216,7 @@ def _instead(found: WholeSwings, index: int, active: ActiveEffect, values: Seque
 def _contained(model: MotionModel, effect: Effect) -> int | None:
     """Return which of a model's effects another one contains, if any."""
     for index, active in enumerate(model.effects):
-        if (active.effect.name, active.effect.joint) == effect.contained and active.effect != effect:
+        if effect.extends(active.effect):
             return index
     return None
 

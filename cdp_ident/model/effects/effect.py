@@ -152,8 +152,8 @@ class Effect:
     acts_as_zero: bool = False
     """Whether it cannot be distinguished from an encoder's zero that is off by the same in all trials."""
     contains: str = ""
-    """Name of a simpler effect that this one is where some of its parameters are zero, if any; of another joint, with
-    a dot and that joint."""
+    """Name of a simpler effect that this one is where some of its parameters are zero, if any. With a dot, the joint, if
+    that is another one; with another dot, the variant, if it is that alone."""
     curve: Curve | None = field(default=None)
     """What its parameters are the coefficients of, where it is a nonparametric torque; they are fitted smoothly."""
 
@@ -196,11 +196,11 @@ class Effect:
         """Whether it depends on nothing but its joint's angle and speed."""
         return self._used <= {"angle", "speed"}
 
-    @property
-    def contained(self) -> tuple[str, str]:
-        """Name and joint of the effect that it contains."""
-        name, _, joint = self.contains.partition(".")
-        return name, joint or self.joint
+    def extends(self, other: "Effect") -> bool:
+        """Return whether it contains another effect."""
+        name, joint, variant = (*self.contains.split("."), "", "")[:3]
+        same = (other.name, other.joint) == (name, joint or self.joint) and other != self
+        return same and variant in ("", other.variant)
 
     @property
     def of_both_encoders(self) -> bool:
@@ -298,10 +298,40 @@ def in_joints(
     return tuple(Effect(name, joint, description, law, tuple(parameters), source, **rest) for joint in JOINTS)
 
 
-def zero_that_is_off(name: str, drifts: bool) -> tuple[EffectParameter, ...]:
-    """Return the parameters of a zero that is off by an angle of some name, always the same or drifting."""
-    drift = EffectParameter("drift", "rad/s", -0.05, 0.05, 0.001)
-    return EffectParameter(name, "rad", -0.3, 0.3, 0.01), *([drift] if drifts else [])
+_WARMS_UP_IN = (3, 10)
+"""Time constants that fits begin with [s]."""
+_TIME_CONSTANT = EffectParameter(
+    "time_constant", "s", 0.3, 1000.0, 5.0, shape=True, begins=tuple(map(str, _WARMS_UP_IN))
+)
+
+
+def ends_at(last: EffectParameter, drifting: str) -> EffectParameter:
+    """Return what a value ends at that changes ever more slowly, `last + change*exp(-t/time_constant)`.
+
+    Args:
+        last: what it ends at.
+        drifting: name of what is, with a `drift`, the same value where it changes evenly.
+    """
+    return replace(last, begins=tuple(f"{drifting} + drift*{tau}" for tau in _WARMS_UP_IN))
+
+
+def dies_away(change: EffectParameter) -> tuple[EffectParameter, EffectParameter]:
+    """Return the parameters of what dies away along a trial, `change*exp(-t/time_constant)`, and fits begin with."""
+    return replace(change, begins=tuple(f"-drift*{tau}" for tau in _WARMS_UP_IN)), _TIME_CONSTANT
+
+
+def zeros_that_are_off(name: str) -> dict[str, tuple[str, tuple[EffectParameter, ...]]]:
+    """Return formula and parameters of a zero that is off by an angle of some name, by the effect's variant.
+
+    It is always the same, or drifts, evenly or ever more slowly.
+    """
+    angle, drift = EffectParameter(name, "rad", -0.3, 0.3, 0.01), EffectParameter("drift", "rad/s", -0.05, 0.05, 0.001)
+    relaxing = ends_at(replace(angle, name=f"last_{name}"), name), *dies_away(replace(angle, name="change"))
+    return {
+        "": (name, (angle,)),
+        "drifting": (f"{name} + drift*t", (angle, drift)),
+        "relaxing": (f"last_{name} + change*exp(-t/time_constant)", relaxing),
+    }
 
 
 def harmonic_in_joints(

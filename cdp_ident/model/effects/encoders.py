@@ -16,7 +16,7 @@ from cdp_ident.model.effects.effect import (
     State,
     harmonic_in_joints,
     in_joints,
-    zero_that_is_off,
+    zeros_that_are_off,
 )
 
 _BEND = (
@@ -36,22 +36,26 @@ def _harmonic(periods: int) -> tuple[Effect, ...]:
     )
 
 
+_OFF = {
+    "": "that is off by an angle",
+    "drifting": "whose zero drifts",
+    "relaxing": "whose zero drifts, ever more slowly",
+}
+
 ENCODERS = (
-    *in_joints(
-        "encoder_offset",
-        "an encoder that is off by an angle",
-        Law(reading="offset"),
-        zero_that_is_off("offset", drifts=False),
-        "zero set while the rod did not hang still, or a loose coupling",
-        acts_as_zero=True,
-    ),
-    *in_joints(
-        "encoder_offset",
-        "an encoder whose zero drifts",
-        Law(reading="offset + drift*t"),
-        zero_that_is_off("offset", drifts=True),
-        "a coupling that creeps, or an encoder that warms up, to first order",
-        variant="drifting",
+    *(
+        effect
+        for variant, (offset, parameters) in zeros_that_are_off("offset").items()
+        for effect in in_joints(
+            "encoder_offset",
+            f"an encoder {_OFF[variant]}",
+            Law(reading=offset),
+            parameters,
+            "zero set while the rod did not hang still, a coupling that is loose or creeps, an encoder that warms up",
+            variant=variant,
+            acts_as_zero=not variant,
+            contains="encoder_offset..drifting" if variant == "relaxing" else "",
+        )
     ),
     *in_joints(
         "encoder_scale",

@@ -14,7 +14,7 @@ from cdp_ident.model.effects.effect import (
     Law,
     harmonic_in_joints,
     in_joints,
-    zero_that_is_off,
+    zeros_that_are_off,
 )
 
 _PULSE = 0.01
@@ -83,21 +83,24 @@ def _varying_viscosity(periods: int) -> tuple[Effect, ...]:
     )
 
 
-def _tilt(drifts: bool) -> Effect:
-    now = "tilt + drift*t" if drifts else "tilt"
-    return Effect(
+_LEVEL = {"": "is not level", "drifting": "settles", "relaxing": "settles, ever more slowly"}
+_TILTS = tuple(
+    Effect(
         "gravity_tilt",
         "base",
-        "a base whose level drifts" if drifts else "a base that is not level",
+        f"a base that {_LEVEL[variant]}",
         Law(
             torques=("a1*g*(sin(theta1 - now) - sin(theta1))", "m2_l2*g*(sin(theta2 - now) - sin(theta2))"),
-            where=(("now", now),),
+            where=(("now", tilt),),
         ),
-        zero_that_is_off("tilt", drifts),
+        parameters,
         "statics; the same motion as with an inner encoder that is off by the tilt",
-        variant="drifting" if drifts else "",
-        acts_as_zero=not drifts,
+        variant=variant,
+        acts_as_zero=not variant,
+        contains="gravity_tilt..drifting" if variant == "relaxing" else "",
     )
+    for variant, (tilt, parameters) in zeros_that_are_off("tilt").items()
+)
 
 
 def _impulse(joint: Joint, lasts: bool) -> Effect:
@@ -185,7 +188,7 @@ FORCES = (
         ],
         "Hunt and Crossley, Coefficient of restitution interpreted as damping, J. Appl. Mech. 42, 1975",
     ),
-    *(_tilt(drifts) for drifts in (False, True)),
+    *_TILTS,
     Effect(
         "side_force",
         "base",

@@ -7,7 +7,7 @@ rest suffices the joint stands still (`sticking`). Presliding friction is elasti
 of its own, and nothing sticks.
 """
 
-from cdp_ident.model.effects.effect import Effect, EffectParameter, Law, State, in_joints
+from cdp_ident.model.effects.effect import Effect, EffectParameter, Law, State, dies_away, ends_at, in_joints
 
 
 def _torque(name: str) -> EffectParameter:
@@ -57,15 +57,6 @@ def _load_friction(joint: str, mass: float, moment: str) -> Effect:
     )
 
 
-_WARMS_UP_IN = (3, 10)
-"""Time constants that fits begin with [s]."""
-
-_DIES_AWAY = tuple(f"-drift*{tau}" for tau in _WARMS_UP_IN)
-"""What then changes in all, where it began to change evenly."""
-_TIME_CONSTANT = EffectParameter(
-    "time_constant", "s", 0.3, 1000.0, 5.0, shape=True, begins=tuple(map(str, _WARMS_UP_IN))
-)
-
 FRICTION = (
     *in_joints(
         "coulomb_friction",
@@ -99,25 +90,8 @@ FRICTION = (
         "dry friction that changes along a trial, ever more slowly",
         Law(friction="now*step(now)", where=(("now", "last_torque + change*exp(-t/time_constant)"),)),
         [
-            EffectParameter(
-                "last_torque",
-                "N m",
-                0.0,
-                500.0,
-                0.05,
-                inertia_power=1,
-                begins=tuple(f"torque + drift*{tau}" for tau in _WARMS_UP_IN),
-            ),
-            EffectParameter(
-                "change",
-                "N m",
-                -500.0,
-                500.0,
-                0.05,
-                inertia_power=1,
-                begins=_DIES_AWAY,
-            ),
-            _TIME_CONSTANT,
+            ends_at(_torque("last_torque"), "torque"),
+            *dies_away(EffectParameter("change", "N m", -500.0, 500.0, 0.05, inertia_power=1)),
         ],
         f"a bearing that warms up; {_SET_VALUED}",
         variant="relaxing",
@@ -134,18 +108,7 @@ FRICTION = (
         "drifting_viscosity",
         "viscous friction that changes along a trial, ever more slowly",
         Law(torque="-change*exp(-t/time_constant)*speed"),
-        [
-            EffectParameter(
-                "change",
-                "N m s",
-                -50.0,
-                50.0,
-                0.01,
-                inertia_power=1,
-                begins=_DIES_AWAY,
-            ),
-            _TIME_CONSTANT,
-        ],
+        dies_away(EffectParameter("change", "N m s", -50.0, 50.0, 0.01, inertia_power=1)),
         "a lubricant or a magnet's disc that warms up",
         variant="relaxing",
         contains="drifting_viscosity",
