@@ -75,10 +75,6 @@ def _first(one: Any, *_others: Any, **_named: Any) -> Any:
     return one
 
 
-def _second(_one: Any, other: Any, *_others: Any, **_named: Any) -> Any:
-    return other
-
-
 def _its_values(found: Any) -> Any:
     return found.values
 
@@ -91,10 +87,9 @@ RULES = (
     Rule("other maxima", "cdp_ident.tracing.model_search:ModelSearch._other_maxima", _no),
     Rule("other maxima of the paper's model", "cdp_ident.pipeline.identify:likelier_maximum", _first),
     Rule("zeros by trial", "cdp_ident.tracing.model_search:ModelSearch._zeros", _no),
-    Rule("extended models", "cdp_ident.tracing.model_search:ModelSearch._enrich", _no),
+    Rule("extended models", "cdp_ident.tracing.neighbours:_hides_more", _no),
     Rule("replacements", "cdp_ident.tracing.model_search:ModelSearch._replace", _no),
     Rule("names for a curve", "cdp_ident.tracing.model_search:ModelSearch._spell_out", _nothing),
-    Rule("better instants", "cdp_ident.tracing.model_search:ModelSearch._with_instants", _second),
     Rule("play is tried", "cdp_ident.tracing.select_effects:hidden_by_torques", _empty),
     Rule("imitation", "cdp_ident.tracing.certainty:_imitates", _no),
     Rule("withdrawal", "cdp_ident.tracing.trace:is_worse", _no),

@@ -47,8 +47,10 @@ def effects_in_doubt(scored: Sequence[Score]) -> tuple[InDoubt, ...]:
     Args:
         scored: what each effect that it does not have would do for it.
     """
-    lasting = [score for score in scored if not score.active.effect.at_an_instant and not score.active.effect.curve]
-    doubtful = [score for score in lasting if chdtrc(score.freedom, score.gain) < _LEVEL]
+    # What is the best of many instants, or of many periods, gains that much by chance.
+    effects = [(score, score.active.effect) for score in scored]
+    single = [score for score, effect in effects if not (effect.at_an_instant or effect.repeats or effect.curve)]
+    doubtful = [score for score in single if chdtrc(score.freedom, score.gain) < _LEVEL]
     forms = Counter(_place(score) for score in doubtful)
     # The forms of one effect, such as harmonics, have the weight of one together.
     evidence = [0.5 * score.gain - score.freedom - math.log(forms[_place(score)]) for score in doubtful]

@@ -24,7 +24,6 @@ from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.machine.parallel import parallel_map
 from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.model.layout import RODS_STATES
-from cdp_ident.tracing.lost_counts import with_better_instants
 from cdp_ident.tracing.neighbours import (
     Neighbour,
     additions,
@@ -104,14 +103,17 @@ class ModelSearch:
         """
         while True:
             neighbours = first(each for each in self._additions[0] if len(each.model.effects) <= _MOST_EFFECTS)
-            extended = [forms[0] for of in extended_models(self.best) for forms in of if not forms[0].is_scored]
-            tried = [(each, None) for each in (*suggested, *neighbours, *extended)]
+            extended = [*extended_models(self.best)]
+            extended += [form for each in neighbours for form in extended_replacements(self.best, each, self.best)]
+            # A score speaks for others.
+            hidden = [form for form in extended if not form.is_scored]
+            tried = [(each, None) for each in (*suggested, *neighbours, *hidden)]
             suggested = ()
             if self._move(before := self.best, tried, "added"):
                 if self.best.model.effects[-1].effect.curve is not None:
                     self._spell_out(before)
                 self._simplify()
-            elif self._other_maxima() or self._zeros() or self._enrich() or self._replace():
+            elif self._other_maxima() or self._zeros() or self._replace():
                 self._simplify()
             else:
                 return
@@ -207,13 +209,20 @@ class ModelSearch:
     def _zeros(self) -> bool:
         """Try encoders whose zeros differ from trial to trial."""
         trials, model = self._recorded.trials, self.best.model
-        shows = any(active.effect.acts_as_zero for active in model.effects) or bool(np.any(self.best.leaves_more))
+        shows = any(active.effect.is_of_a_zero for active in model.effects) or bool(np.any(self.best.leaves_more))
         if len(trials) < 2 or model.zeros or not shows:
             return False
+        others, values = model, self.best.values
+        for index in reversed(range(len(model.effects))):
+            if model.effects[index].effect.is_of_a_zero:
+                others, remain = others.without_effect(index)
+                values = values[remain]
         neighbours = []
+        # Beside effects that are like zeros, and in their place.
         for joints in ((JOINTS[0],), (JOINTS[1],), JOINTS):
-            begins = replace(model, zero_joints=joints).with_zeros(self.best.values, trials)
-            neighbours.append((Neighbour(*begins, (f"{' and '.join(joints)} zeros of each trial",)), None))
+            for of, begin in dict.fromkeys([(model, tuple(self.best.values)), (others, tuple(values))]):
+                begins = replace(of, zero_joints=joints).with_zeros(np.array(begin), trials)
+                neighbours.append((Neighbour(*begins, (f"{' and '.join(joints)} zeros of each trial",)), None))
         return self._move(self.best, neighbours, "added")
 
     def _spell_out(self, before: WholeSwings) -> None:
@@ -231,8 +240,7 @@ class ModelSearch:
             better = self._better(named, [*alike, *first(neighbours)])
             alike = []
             if better is None:
-                extended = (self._better(named, [begins[0] for begins in forms]) for forms in extended_models(named))
-                better = next(filter(None, extended), None)
+                better = self._better(named, [*extended_models(named)])
             if better is None:
                 break
             named, added = better[0], (*added, *better[1])
@@ -247,19 +255,6 @@ class ModelSearch:
         best, what = min(fitted, key=lambda pair: self.cost(pair[0]), default=(than, ()))
         return (best, what) if self.cost(best) < self.cost(than) else None
 
-    def _enrich(self) -> bool:
-        """Try extended models of effects in whose joints torques are missing."""
-        for forms in extended_models(self.best):
-            before = self.best
-            if self._move(before, [(begins[0], None) for begins in forms], "added"):
-                return True
-            least = before.misfit + _HOPELESS
-            reached = [(begins, self.fitted.get(_key(begins[0].model))) for begins in forms]
-            others = [(other, None) for begins, of in reached if of and of.misfit < least for other in begins[1:]]
-            if self._move(before, others, "added"):
-                return True
-        return False
-
     def _replace(self) -> bool:
         """Try other effects in the place of each one, their extended forms, and an extended model of another one."""
         alternatives: list[tuple[Neighbour, WholeSwings | None]] = []
@@ -271,7 +266,7 @@ class ModelSearch:
             others = first(replacements(self.best, index, without, self.scores, self._named_only))
             extended = [form for each in others for form in extended_replacements(self.best, each, without)]
             alternatives += [(each, without) for each in (*others, *extended)]
-            alternatives += [(each[0], without) for forms in extended_models(without) for each in forms]
+            alternatives += [(each, without) for each in extended_models(without)]
         return self._move(self.best, alternatives, "exchanged for")
 
     def _fit_all(
@@ -309,7 +304,7 @@ class ModelSearch:
         try:
             states = _states(origin, model)
             steps = GaussNewton(model, neighbour.values, self._recorded, states, noise, CLOSE_ENOUGH)
-            return self._with_instants(steps.run(ENOUGH_STEPS, to_beat).found())
+            return steps.run(ENOUGH_STEPS, to_beat).found()
         except (IdentificationError, np.linalg.LinAlgError) as error:
             return f"{' and '.join(neighbour.what)}: {error}"
 
@@ -321,16 +316,6 @@ class ModelSearch:
         before = self.fitted.get(_key(neighbour.model), found)
         best = self.fitted[_key(neighbour.model)] = min(before, found, key=lambda one: one.misfit)
         return best
-
-    def _with_instants(self, found: WholeSwings) -> WholeSwings:
-        """Return a model whose lost counts are at the sample where they were lost."""
-        for _ in range(2):
-            values = with_better_instants(found)
-            if values is None:
-                break
-            steps = GaussNewton(found.model, values, self._recorded, found.states, found.noise, CLOSE_ENOUGH)
-            found = steps.run(ENOUGH_STEPS).found()
-        return found
 
 
 _HOPELESS = 30.0

@@ -227,26 +227,15 @@ def _by_name(found: WholeSwings | Neighbour, index: int) -> dict[str, float]:
     return dict(zip((p.name for p in found.model.effects[index].fitted), values, strict=True))
 
 
-def extended_models(found: WholeSwings) -> Iterator[list[list[Neighbour]]]:
+def extended_models(found: WholeSwings) -> Iterator[Neighbour]:
     """Yield models that extend an effect where a torque is missing, or an encoder's noise is autocorrelated.
 
     Its score says too little, if any: unknown torques, or such noise, follow what it has more.
-
-    For each effect there are its forms, and for each of these models that begin at different values.
     """
-    if not _hides_more(found):
-        return
-    for index, active in enumerate(found.model.effects):
-        forms = [] if active.is_difference else _extended([active.effect])
-        if not forms:
-            continue
-        yield [
-            [
-                replace(_instead(found, index, replace(active, effect=form), v), again=True)
-                for v in _beginnings(found, _by_name(found, index), form)
-            ]
-            for form in forms
-        ]
+    for index, active in enumerate(found.model.effects if _hides_more(found) else ()):
+        for form in [] if active.is_difference else _extended([active.effect]):
+            values = next(_beginnings(found, _by_name(found, index), form))
+            yield _instead(found, index, replace(active, effect=form), values)
 
 
 def _hides_more(found: WholeSwings) -> bool:
@@ -345,7 +334,7 @@ def extended_replacements(found: WholeSwings, replacement: Neighbour, without: W
     """
     last = len(replacement.model.effects) - 1
     active, known = replacement.model.effects[last], _by_name(replacement, last)
-    for form in _extended([active.effect]) if _hides_more(found) else []:
+    for form in _extended([active.effect]) if _hides_more(found) and not active.is_difference else []:
         yield _with(without, replace(active, effect=form), np.array(next(_beginnings(without, known, form))))
 
 

@@ -100,7 +100,7 @@ def test_a_joint_may_have_several_harmonics(rubbing):
 def test_an_extended_model_begins_with_what_it_contains(with_friction):
     forms = list(extended_models(replace(with_friction, is_missing=np.array([False, True]))))
     assert forms
-    for neighbour in (each for of_effect in forms for begins in of_effect for each in begins):
+    for neighbour in forms:
         (active,) = neighbour.model.effects
         assert active.effect.contains == "coulomb_friction"
         assert active.effect.joint == "outer"
@@ -109,7 +109,6 @@ def test_an_extended_model_begins_with_what_it_contains(with_friction):
         for own in with_friction.model.effects[0].fitted:
             if not any(p.name == own.name and p.begins for p in active.fitted):
                 assert values.get(own.name, with_friction.values[5]) == with_friction.values[5]
-        assert neighbour.again
     # Where no torque is missing none is tried.
     assert not list(extended_models(replace(with_friction, is_missing=np.zeros(2, dtype=bool))))
 
@@ -193,7 +192,7 @@ def test_what_one_trial_has_more_than_the_others_is_proposed_of_effects_that_are
     assert unlikelihood(active, found.recorded) == pytest.approx(of_all + 2.0 * np.log(2.0))
     again = with_effect(found, DRY, 1e-3, trial=1)
     assert not [s for s in additions(again, named_only=True)[1] if s.active == active]
-    assert not [each for forms in extended_models(again) for each in forms if each[0].model.effects[-1].trial == 1]
+    assert not [each for each in extended_models(again) if each.model.effects[-1].trial == 1]
 
 
 def test_in_the_place_of_an_effect_others_begin_from_the_model_without_it_but_what_does_as_much_beside_it(rubbing):

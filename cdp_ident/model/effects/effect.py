@@ -152,8 +152,8 @@ class Effect:
     acts_as_zero: bool = False
     """Whether it cannot be distinguished from an encoder's zero that is off by the same in all trials."""
     contains: str = ""
-    """Name of a simpler effect that this one is where some of its parameters are zero, if any. With a dot, the joint, if
-    that is another one; with another dot, the variant, if it is that alone."""
+    """Name of a simpler effect that this one is where some of its parameters are zero, if any. After a dot, the joint,
+    if that is another one; after another dot, the variant, if it is that alone."""
     curve: Curve | None = field(default=None)
     """What its parameters are the coefficients of, where it is a nonparametric torque; they are fitted smoothly."""
 
@@ -201,6 +201,11 @@ class Effect:
         name, joint, variant = (*self.contains.split("."), "", "")[:3]
         same = (other.name, other.joint) == (name, joint or self.joint) and other != self
         return same and variant in ("", other.variant)
+
+    @property
+    def is_of_a_zero(self) -> bool:
+        """Whether it acts as an encoder's zero that is off, in all trials or from an instant on."""
+        return self.acts_as_zero or (self.at_an_instant and not self.moves)
 
     @property
     def of_both_encoders(self) -> bool:
