@@ -31,9 +31,11 @@ INEXACT = {
     "presliding_friction": 1e-4,
     "backlash": 3e-4,
     "encoder_compliance": 1e-4,
+    "encoder_interpolation": 2e-4,
 }
 """Tolerance where derivatives are not those of differences to 3e-6: an angle between steps is a polynomial of its own,
-and what one coefficient or a shape changes is so little that differences show the error of the motion itself."""
+what one coefficient or a shape changes is so little that differences show the error of the motion itself, and of an
+error of many periods a turn the phase changes much."""
 ROUNDING = 2e-10
 """By so much may the error of a motion change by itself [rad]: where its steps are divided depends on it."""
 STICKING = {
