@@ -271,8 +271,10 @@ def _reading(name: str, joint: Joint, of: Occasion) -> Effect:
     if name in ("encoder_harmonic", "encoder_interpolation"):
         few, many = (2, 5) if name == "encoder_harmonic" else (8, 200)
         periods, phase = int(of.rng.integers(few, many)), of.rng.uniform(-math.pi, math.pi)
+        # An encoder goes on counting in one direction.
+        largest = min(0.05, 0.3 / periods)
         return Effect(
-            name, joint, "rad", 1e-5, 0.05, in_reading=lambda size: encoders.harmonic(joint, size, periods, phase)
+            name, joint, "rad", 1e-5, largest, in_reading=lambda size: encoders.harmonic(joint, size, periods, phase)
         )
     if name == "encoder_filter":
         longest = 0.05 * math.sqrt(of.values["L"] / of.values["g"])
