@@ -30,7 +30,8 @@ Indices = npt.NDArray[np.int64]
 
 _ALPHA1 = INPUTS.index("alpha1")
 _MOST_PARTS = 4096
-"""A step that needs more parts, of 1/256 or up to an event, has a motion that cannot be computed: it is given up."""
+"""A step that needs more parts, of 1/256 or up to an event, has a motion that cannot be computed: it is given up. So
+has an encoder that is late by as many steps."""
 FASTEST = math.pi
 """No step resolves a rod that turns by more than this within it [rad]: such a motion is given up."""
 _SLIGHTLY = 1e-3
@@ -101,7 +102,9 @@ def compute(plan, given, starts, times, room, results):
         motion, memory = place(given, m * given.shape[1]), (place(plan, 0), place(room, 0))
         late = _begin(memory, laws, motion, work, starts[m], times, m, next_ones, results)
         first, last = times.steps_at[m], times.steps_at[m + 1]
-        reached = _make_steps(memory, laws, motion, work, times, m, first, last, late, next_ones, results)
+        reached = max(abs(late[0]), abs(late[1])) < _MOST_PARTS and _make_steps(
+            memory, laws, motion, work, times, m, first, last, late, next_ones, results
+        )
         for r in range(starts.shape[1]):
             results.ends[m, r] = work.states[at.BEGIN, r] if reached else np.nan
             for d in range(np.uint64(work.directions)):
@@ -123,19 +126,19 @@ def _begin(memory, laws, motion, work, start, times, m, next_ones, results):
     """Begin a motion, read it before that where encoders are late, and return how late each is, in steps."""
     for k in range(3):
         next_ones[k] = times.samples_at[m]
-    _set(laws, work, start)
+    _put_start(laws, work, start)
     if len(laws.table) == 0:
         return 0.0, 0.0
     step = times.step[m]
     late = lateness(laws, motion, work, 0) / step, lateness(laws, motion, work, 1) / step
-    if max(late[0], late[1]) > 0.0 and len(results.readings) > 0:
+    if 0.0 < max(late[0], late[1]) < _MOST_PARTS and len(results.readings) > 0:
         _read_before(memory, motion, work, times, m, late, next_ones, results)
-        _set(laws, work, start)
+        _put_start(laws, work, start)
     return late
 
 
 @inlined
-def _set(laws, work, start):
+def _put_start(laws, work, start):
     """Set the state, joints slipping forwards, and its derivatives by itself."""
     for r in range(len(start)):
         work.states[at.BEGIN, r] = start[r]
@@ -152,7 +155,7 @@ def _read_before(memory, motion, work, times, m, late, next_ones, results):
     """
     (plan, room), step, farthest = memory, times.step[m], max(late[0], late[1])
     for back in range(1, math.ceil(farthest) + 1):
-        _fill_inputs(work, times, m, times.steps_at[m] - back)
+        _fill_step(work, times, m, times.steps_at[m] - back)
         begin = work.numbers[at.STEP_BEGIN]
         if back == 1:
             call(plan[at.SETTLE], (plan, motion, room, times.begin[m], input_at(work, 1.0), at.NO_EVENT, at.NO_EVENT))
@@ -175,7 +178,7 @@ def _read_before(memory, motion, work, times, m, late, next_ones, results):
 
 
 @part
-def _fill_inputs(work, times, m, k):
+def _fill_step(work, times, m, k):
     """Fill in when a step begins, and the cart's acceleration and the motors' torques at its beginning, middle and end.
 
     Before the motion's first step and after its last one they go on evenly.
@@ -205,7 +208,7 @@ def _make_steps(memory, laws, motion, work, times, m, first, last, late, next_on
     for k in range(first, last):
         if max(abs(state[2]), abs(state[3])) * step > FASTEST:
             return False
-        _fill_inputs(work, times, m, k)
+        _fill_step(work, times, m, k)
         work.numbers[at.LONGEST] = 1.0
         begin, done, work.modes[at.PROGRESS, at.EVENTS] = work.numbers[at.STEP_BEGIN], 0.0, 0
         for parts in range(_MOST_PARTS + 1):

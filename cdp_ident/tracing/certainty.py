@@ -147,8 +147,7 @@ def shown_by(selection: Selection, values: Array, covariance: Array) -> Selectio
         strength(found.model, values, covariance, index) > unlikelihood(active, found.recorded)
         for index, active in enumerate(found.model.effects)
     ]
-    kept = zip(selection.certainty, shown, strict=True)
-    return replace(selection, certainty=tuple(one if is_shown else "acts_like" for one, is_shown in kept))
+    return _sure_only(selection, shown)
 
 
 def as_predicted(selection: Selection, error: float, without: Sequence[float]) -> Selection:
@@ -159,9 +158,12 @@ def as_predicted(selection: Selection, error: float, without: Sequence[float]) -
         error: of its model over what was held out [rad].
         without: the same without each effect; not a number where it cannot be computed.
     """
-    needed = [is_worse(other, error) for other in without]
-    kept = zip(selection.certainty, needed, strict=True)
-    return replace(selection, certainty=tuple(one if is_needed else "acts_like" for one, is_needed in kept))
+    return _sure_only(selection, [is_worse(other, error) for other in without])
+
+
+def _sure_only(selection: Selection, where: Sequence[bool]) -> Selection:
+    kept = zip(selection.certainty, where, strict=True)
+    return replace(selection, certainty=tuple(one if sure else "acts_like" for one, sure in kept))
 
 
 def less_sure(selection: Selection) -> Selection:

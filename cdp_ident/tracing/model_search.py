@@ -220,8 +220,8 @@ class ModelSearch:
         neighbours = []
         # Beside effects that are like zeros, and in their place.
         for joints in ((JOINTS[0],), (JOINTS[1],), JOINTS):
-            for of, begin in dict.fromkeys([(model, tuple(self.best.values)), (others, tuple(values))]):
-                begins = replace(of, zero_joints=joints).with_zeros(np.array(begin), trials)
+            for of, begin in {model: self.best.values, others: values}.items():
+                begins = replace(of, zero_joints=joints).with_zeros(begin, trials)
                 neighbours.append((Neighbour(*begins, (f"{' and '.join(joints)} zeros of each trial",)), None))
         return self._move(self.best, neighbours, "added")
 

@@ -175,3 +175,8 @@ def test_a_rod_that_falls_freely_along_its_end_is_straight_and_a_cart_bends_it_a
     assert bend(0.7, 0.2, V["g"] * np.sin(0.7) / V["L"]) == pytest.approx([0.0, 0.0], abs=1e-12)
     assert bend(0.5 * np.pi) == pytest.approx([-1.0, -0.5])
     assert bend(0.0, cart=-V["g"]) == pytest.approx([-1.0, -0.5])
+
+
+@pytest.mark.parametrize("delay", [1e3, -1e3, np.inf, np.nan])
+def test_an_encoder_that_is_senselessly_late_shows_nothing(delay):
+    assert not np.isfinite(shown(("time_offset.outer", delay))[:, 1]).any()

@@ -18,6 +18,8 @@ Array = npt.NDArray[np.float64]
 Joint = Literal["inner", "outer", "base"]
 JOINTS: tuple[Joint, Joint] = ("inner", "outer")
 """The joints between bodies, in the order of the angles."""
+HARMONIC = "sine*sin(periods*angle) + cosine*cos(periods*angle)"
+"""What repeats so many times a turn of a joint, with parameters in this order."""
 
 
 @dataclass(frozen=True)
@@ -189,7 +191,7 @@ class Effect:
     @property
     def repeats(self) -> bool:
         """Whether it is an encoder's error that repeats many times a turn: a spectrum over the angle shows it."""
-        return bool(self.law.reading) and self._used == {"angle"} and any(p.shape for p in self.parameters)
+        return self.law.reading == HARMONIC and self.parameters[-1].shape
 
     @property
     def of_joint(self) -> bool:

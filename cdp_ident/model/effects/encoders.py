@@ -9,6 +9,7 @@ absolute angles.
 import math
 
 from cdp_ident.model.effects.effect import (
+    HARMONIC,
     JOINTS,
     Effect,
     EffectParameter,
@@ -29,7 +30,7 @@ def _harmonic(periods: int) -> tuple[Effect, ...]:
     return harmonic_in_joints(
         "encoder_harmonic",
         f"an encoder's error that repeats {periods} times a turn",
-        Law(reading="sine*sin(periods*angle) + cosine*cos(periods*angle)"),
+        Law(reading=HARMONIC),
         periods,
         EffectParameter("", "rad", -0.1, 0.1, 0.01),
         "a magnet or a scale that is not round, interpolation between poles: Hagiwara et al., IEEE TIM 41, 1992",
@@ -79,7 +80,7 @@ ENCODERS = (
     *in_joints(
         "encoder_interpolation",
         "an encoder's interpolation error",
-        Law(reading="sine*sin(periods*angle) + cosine*cos(periods*angle)"),
+        Law(reading=HARMONIC),
         [
             EffectParameter("sine", "rad", -0.05, 0.05, 1e-3),
             EffectParameter("cosine", "rad", -0.05, 0.05, 1e-3),

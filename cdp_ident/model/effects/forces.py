@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from cdp_ident.model.effects.effect import (
+    HARMONIC,
     JOINTS,
     Effect,
     EffectParameter,
@@ -65,7 +66,7 @@ def _cogging(periods: int) -> tuple[Effect, ...]:
     return harmonic_in_joints(
         "cogging_torque",
         f"a torque that repeats {periods} times a turn",
-        Law(torque="sine*sin(periods*angle) + cosine*cos(periods*angle)"),
+        Law(torque=HARMONIC),
         periods,
         EffectParameter("", "N m", -200.0, 200.0, 0.05, inertia_power=1),
         "detent torque of a motor or a magnet ring: Hendershot and Miller, 1994",

@@ -50,3 +50,14 @@ def test_a_law_in_one_line_names_its_states_and_what_its_names_stand_for():
     assert effect.formula == "torque = -size*bend*slope; bend' = speed; slope = 1 + angle^2"
     assert (effect.states, effect.remembers, effect.of_joint, effect.of_angle) == (1, True, True, False)
     assert replace(effect, law=Law(reading="size*angle")).moves is False
+
+
+def test_an_error_over_the_angle_of_another_form_is_not_looked_for_in_a_spectrum():
+    """As one that a user writes, whose parameters are others."""
+    of_catalogue = next(effect for effect in CATALOGUE if effect.repeats)
+    size, times = (
+        replace(p, name=name) for p, name in zip(of_catalogue.parameters[1:], ("size", "times"), strict=True)
+    )
+    own = replace(of_catalogue, law=Law(reading="size*sin(times*angle)"), parameters=(size, times))
+    assert not own.repeats
+    assert own.has_score
