@@ -70,7 +70,7 @@ class Knowledge:
             duration=float(np.median(list(ends.values()))),
             interval=float(np.median(np.concatenate([np.diff(swing.time) for swing in swings]))),
             spacing=swings[0].spacing,
-            step=swings[0].grids[0].step,
+            step=float(swings[0].times.step[0]),
             steps=whole.recorded.steps,
         )
         torque = whole.noise.torque_with_tails

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from scipy.special import chdtrc
 
 from cdp_ident.likelihood.gauss_newton import GaussNewton
+from cdp_ident.likelihood.maxima import ENOUGH_STEPS
 from cdp_ident.likelihood.whole_swing import WholeSwings
 
 Array = npt.NDArray[np.float64]
@@ -61,7 +62,7 @@ def repeatability(found: WholeSwings, trials: Collection[int], names: Sequence[s
         recorded = replace(found.recorded, swings=tuple(found.recorded.swings[k] for k in places))
         states = [found.states[k] for k in places]
         noise = replace(found.noise, tails=())
-        alone = GaussNewton(model, found.values[remain], recorded, states, noise).run().found()
+        alone = GaussNewton(model, found.values[remain], recorded, states, noise).run(ENOUGH_STEPS).found()
         values.append(alone.values)
         covariances.append(alone.covariance)
     std = np.sqrt([np.diag(spread) for spread in covariances])

@@ -36,8 +36,9 @@ _LONGEST = 3.0
 _PATIENCE = 4
 """Where friction begins to hold a joint or lets go, steps may go to and fro: they are halved each time that so many
 have not made the change smaller."""
-_HOPELESS = 10.0
-"""A search is given up where so many more steps like the last one would not make the misfit small enough."""
+_TRIED, _STRAYING, _HOPELESS = 2, 10, 10.0
+"""After so many steps near its end, or so many in all, a search is given up where so many more like the last one would
+not make the misfit small enough."""
 _BEYOND = 10.0
 """Torques grow at once where their impulses' squares are so many times what is expected."""
 _FREE = 0.05
@@ -84,7 +85,7 @@ class GaussNewton:
         self._before: list[tuple[float, float] | None] = [None, None]
         self.excess = np.ones(2)
         """(2,) the squares of the impulses, over what their standard deviation lets expect."""
-        self.converged = False
+        self.converged, self.misfit = False, np.inf
 
     def run(self, most_steps: int = MOST_STEPS, to_beat: float = np.inf, held: bool = False) -> "GaussNewton":
         """Go on until nothing changes any more.
@@ -97,7 +98,7 @@ class GaussNewton:
         Raises:
             IdentificationError: no motion can be computed.
         """
-        change, adapted, least, stalled, misfit, tried, share = np.inf, np.inf, np.inf, 0, np.inf, 0, 1.0
+        change, adapted, least, stalled, tried, share = np.inf, np.inf, np.inf, 0, 0, 1.0
         begun: tuple[Array, list[Array]] | None = None
         for self._steps in range(most_steps + 1):
             if not self._linearise():
@@ -124,9 +125,11 @@ class GaussNewton:
                 if not near or adapted < self._close:
                     break
             change, self._freedom = share * step.change, step.freedom[1]
-            before, misfit = misfit, step.misfit
+            before, self.misfit = self.misfit, step.misfit
             tried += near
-            if tried >= _PATIENCE and max(_HOPELESS * (before - misfit), 0.0) < misfit - to_beat:
+            if (tried >= _TRIED or self._steps >= _STRAYING) and max(
+                _HOPELESS * (before - self.misfit), 0.0
+            ) < self.misfit - to_beat:
                 break
             if change < least or (np.isfinite(adapted) and not near):
                 least, stalled = change, 0
@@ -175,6 +178,7 @@ class GaussNewton:
             recorded=self._recorded,
             noise=self._noise,
             is_missing=is_missing,
+            freedom=self._freedom,
             impulses=tuple(self._impulses),
             states=tuple(self.states),
             linear=tuple(self._linear),

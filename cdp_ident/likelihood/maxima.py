@@ -64,7 +64,7 @@ def most_likely(
     return found
 
 
-def other_maxima(found: WholeSwings) -> list[WholeSwings]:
+def other_maxima(found: WholeSwings, to_beat: float = np.inf) -> list[WholeSwings]:
     """Return other maxima of the likelihood of a model that leaves more than noise, close enough to compare.
 
     Unknown torques follow what is autocorrelated noise, that noise follows what is motion, and a joint that dry
@@ -73,6 +73,7 @@ def other_maxima(found: WholeSwings) -> list[WholeSwings]:
 
     Args:
         found: one maximum.
+        to_beat: a misfit; one that will hardly be smaller need not be found.
 
     Raises:
         IdentificationError: no motion can be computed.
@@ -81,7 +82,7 @@ def other_maxima(found: WholeSwings) -> list[WholeSwings]:
         return []
     if not np.any(found.is_missing):
         return [_with_noise(found, Noise.white(found.recorded.encoders, found.recorded.least_torque))]
-    others = [_without_torque(found)]
+    others = [_without_torque(found, to_beat)]
     if not found.noise.of_base:
         moved = _with_noise(found, replace(found.noise, of_base=True))
         if moved.misfit < found.misfit - SHOWN and not moved.is_missing[1]:
@@ -92,7 +93,7 @@ def other_maxima(found: WholeSwings) -> list[WholeSwings]:
 def likelier_maximum(found: WholeSwings) -> WholeSwings:
     """Return the likeliest maximum of a model's likelihood; what it is, if others cannot be computed."""
     try:
-        return min([found, *other_maxima(found)], key=lambda one: one.misfit)
+        return min([found, *other_maxima(found, found.misfit)], key=lambda one: one.misfit)
     except (IdentificationError, np.linalg.LinAlgError):
         return found
 
@@ -103,7 +104,7 @@ def _with_noise(found: WholeSwings, noise: Noise) -> WholeSwings:
     return search.run(ENOUGH_STEPS, found.misfit).found()
 
 
-def _without_torque(found: WholeSwings) -> WholeSwings:
+def _without_torque(found: WholeSwings, to_beat: float) -> WholeSwings:
     """Find the most likely values without unknown torques, from where they are with them.
 
     A joint that dry friction holds is not held where torques move it. So these vanish little by little (continuation:
@@ -123,7 +124,7 @@ def _without_torque(found: WholeSwings) -> WholeSwings:
             break
         values, states = search.values, search.states
     noise = replace(noise, torque=torque)
-    return GaussNewton(found.model, values, recorded, states, noise, CLOSE_ENOUGH).run(ENOUGH_STEPS).found()
+    return GaussNewton(found.model, values, recorded, states, noise, CLOSE_ENOUGH).run(ENOUGH_STEPS, to_beat).found()
 
 
 def values_with_less_torque(found: WholeSwings) -> Array:

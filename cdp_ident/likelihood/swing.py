@@ -4,7 +4,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -12,8 +11,9 @@ import numpy.typing as npt
 
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.model.layout import RODS_STATES
-from cdp_ident.model.motions import InitialValueProblem, motions
-from cdp_ident.model.time_grid import TimeGrid
+from cdp_ident.model.motions import motions_over
+from cdp_ident.model.steps import Times
+from cdp_ident.model.time_grid import interpolated
 from cdp_ident.model.weights import Weight
 from cdp_ident.trial.differences import SAME
 from cdp_ident.trial.kinematics import local_motion
@@ -59,14 +59,8 @@ class Swing:
     """(samples, 2) of the encoders of both joints [rad]."""
     counts: Array
     """(samples, 2) how much each counts; see `weights_of_runs`."""
-    grids: tuple[TimeGrid, ...]
-    """From each node to the next one, and when the samples between are taken."""
-    samples_at: Indices
-    """(nodes + 1,) where the samples of each begin."""
-    u: tuple[Array, ...]
-    """The cart's acceleration at the half steps from each node on [m/s^2]."""
-    drives: tuple[Array | None, ...]
-    """(half steps, 2) torques of motors in both joints from each node on [N m]; None where there are none."""
+    times: Times
+    """When the motion from each node to the next one is computed and read, and what moves the cart and the joints."""
     weights: tuple[Weight, ...]
     """On the rods."""
     time: Array
@@ -101,24 +95,25 @@ class Swing:
             nodes = max(1, int(np.ceil(time[-1] / (every * step) - 1e-9)))
             node = np.minimum((time / (every * step) + 1e-9).astype(int), nodes - 1)
             samples_at = np.searchsorted(node, np.arange(nodes + 1))
-            place = time / step - every * node
-            acceleration = trial.cart_acceleration
-            halves = 0.5 * step * np.arange(2 * every + 1)
-            u = [np.zeros(len(halves))] * nodes
-            if acceleration is not None:
-                u = [np.interp(k * every * step + halves, time, acceleration[first:last]) for k in range(nodes)]
-            torques = None if trial.torques is None else trial.torques[first:last]
-            grids = tuple(TimeGrid(step, every, place[a:b]) for a, b in pairwise(samples_at))
+            halves = every * step * np.arange(nodes)[:, None] + 0.5 * step * np.arange(2 * every + 1)
+            at, moved, torques = halves.ravel(), trial.cart_acceleration, trial.torques
+            start = begin + float(trial.time[first])
+            times = Times(
+                begin=np.asarray(start + every * step * np.arange(nodes)),
+                step=np.full(nodes, step),
+                steps_at=every * np.arange(nodes + 1, dtype=np.int64),
+                samples_at=samples_at.astype(np.int64),
+                place=time / step - every * node,
+                u=np.zeros(len(at)) if moved is None else np.interp(at, time, moved[first:last]),
+                drive=np.zeros((0, 2)) if torques is None else interpolated(at, time, torques[first:last]),
+            )
             swings.append(
                 cls(
                     trial=index,
-                    begin=begin + float(trial.time[first]),
+                    begin=start,
                     readings=theta @ _READINGS.T,
                     counts=weights_of_runs(theta),
-                    grids=grids,
-                    samples_at=samples_at.astype(np.int64),
-                    u=tuple(u),
-                    drives=tuple(grid.at_half_steps(time, torques, k * every * step) for k, grid in enumerate(grids)),
+                    times=times,
                     weights=trial.weights,
                     time=time,
                     time_std=trial.clock.std if trial.clock else 0.0,
@@ -145,12 +140,22 @@ class Swing:
     @property
     def spacing(self) -> float:
         """Of the nodes [s]."""
-        return self.grids[0].steps * self.grids[0].step
+        return float(self.times.step[0] * self.times.steps_at[1])
 
     @property
     def node_times(self) -> Array:
         """(nodes,) when they are, since the first sample [s]."""
-        return np.cumsum([0.0, *(grid.steps * grid.step for grid in self.grids[:-1])])
+        return np.asarray(self.spacing * np.arange(len(self.times.begin)))
+
+    @property
+    def samples_at(self) -> Indices:
+        """(nodes + 1,) where the samples of each node begin."""
+        return self.times.samples_at
+
+    @property
+    def u(self) -> Array:
+        """(nodes,) the cart's acceleration at the nodes [m/s^2]."""
+        return self.times.u[2 * self.times.steps_at[:-1] + np.arange(len(self.times.begin))]
 
     def linearised(
         self, model: MotionModel, values: Array, states: Array, wanted: npt.NDArray[np.bool_] | None = None
@@ -170,14 +175,7 @@ class Swing:
         if wanted is not None:
             acting, columns = acting.with_directions(wanted[columns]), columns[wanted[columns]]
         coefficients = model.coefficients(of_trial)
-        begins = self.begin + self.node_times
-        found = motions(
-            [
-                InitialValueProblem(coefficients, state[: model.states], grid, u, acting, begin, drive)
-                for state, grid, u, begin, drive in zip(states, self.grids, self.u, begins, self.drives, strict=True)
-            ],
-            derive=True,
-        )
+        found = motions_over(self.times, coefficients, np.ascontiguousarray(states[:, : model.states]), acting)
         by, ends_by = found.by, found.ends_by
         zeros = model.zero_places(self.trial)
         shown = found.readings

@@ -71,7 +71,7 @@ class Recorded:
     @property
     def nodes(self) -> int:
         """How many there are."""
-        return sum(len(swing.grids) for swing in self.swings)
+        return sum(len(swing.times.begin) for swing in self.swings)
 
 
 @dataclass(frozen=True)
@@ -91,6 +91,8 @@ class WholeSwings:
     is_missing: npt.NDArray[np.bool_]
     """(2,) whether each unknown torque is there: without it the swings are far less likely. They are those of the inner
     joint, or of a base that moves (`Noise.of_base`), and of the outer joint."""
+    freedom: Array
+    """(2,) how many of their impulses the readings decide."""
     impulses: tuple[Array, ...]
     """(nodes, 2, 2) of each swing: the impulses of unknown torques in both joints after each node, over A22 [1/s], and
     their standard deviations."""

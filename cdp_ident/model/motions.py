@@ -77,13 +77,29 @@ def motions(problems: Sequence[InitialValueProblem], derive: bool = False, shown
         shown: whether readings of the encoders are, or else the states.
     """
     effects = problems[0].effects
-    n, d = effects.states, effects.directions if derive else 0
-    times = _times([problem.grid for problem in problems], problems)
-    samples, count = len(times.place), len(problems)
-    starts = np.zeros((count, n))
+    starts = np.zeros((len(problems), effects.states))
     for row, problem in zip(starts, problems, strict=True):
-        row[: len(problem.start[:n])] = problem.start[:n]
+        row[: len(problem.start[: len(row)])] = problem.start[: len(row)]
     given = np.array([_given(problem.coefficients, problem.effects) for problem in problems])
+    return _computed(effects, given, starts, _times(problems), derive, shown)
+
+
+def motions_over(times: Times, coefficients: Array, starts: Array, effects: ActingEffects) -> Motions:
+    """Return what encoders show of motions of one pendulum, and the derivatives; see `motions`.
+
+    Args:
+        times: when they are computed and read, and what moves the cart and the joints.
+        coefficients: (7,) `COEFFICIENTS` of the pendulum.
+        starts: (motions, states) states at the beginnings.
+        effects: that act.
+    """
+    given = np.tile(_given(coefficients, effects), (len(starts), 1))
+    return _computed(effects, given, starts, times, derive=True, shown=True)
+
+
+def _computed(effects: ActingEffects, given: Array, starts: Array, times: Times, derive: bool, shown: bool) -> Motions:
+    n, d = effects.states, effects.directions if derive else 0
+    samples, count = len(times.place), len(starts)
     plan, room = plan_and_room(effects.laws(given[:, at.VALUES :]), d, addresses(n))
     carried = int(plan[DIRECTIONS])
     results = Results(
@@ -101,7 +117,9 @@ def _given(coefficients: Array, effects: ActingEffects) -> Array:
     return np.concatenate([coefficients, [effects.outer_length, effects.carried], effects.values])
 
 
-def _times(grids: Sequence[TimeGrid], problems: Sequence[InitialValueProblem]) -> Times:
+def _times(problems: Sequence[InitialValueProblem]) -> Times:
+    grids = [problem.grid for problem in problems]
+
     def begins(lengths: list[int]) -> Indices:
         return np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)
 

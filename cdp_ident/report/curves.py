@@ -176,8 +176,7 @@ def _of_effect(found: WholeSwings, index: int) -> Iterator[Array]:
     bounds = np.cumsum([RODS_STATES, *(active.effect.states for active in found.model.effects)]).tolist()
     own = range(bounds[index], bounds[index + 1])
     for swing, of in zip(found.recorded.swings, found.states, strict=True):
-        states, times = of[1:, : found.model.states], swing.begin + swing.node_times[1:]
-        u = np.array([u[0] for u in swing.u[1:]])
+        states, times, u = of[1:, : found.model.states], swing.begin + swing.node_times[1:], swing.u[1:]
         there, without = (
             _accelerations(model, values, swing, np.ascontiguousarray(of_model), u, times)
             for model, values, of_model in (

@@ -18,7 +18,6 @@ from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.effects.effect import Effect
-from cdp_ident.tracing.final_model import is_worse
 from cdp_ident.tracing.model_search import SEVERAL, ModelSearch
 from cdp_ident.tracing.neighbours import strength
 from cdp_ident.tracing.odds import unlikelihood
@@ -31,8 +30,6 @@ _Name = tuple[str, str, int | None]
 
 NAMED, PROBABLE = 0.95, 0.7
 """Probability from which on a name is said, and from which on it is said to be probable."""
-_IMITATES = 0.5
-"""An effect without which the missing torque's mean square is not at least so much smaller imitates a part of it."""
 _NOT_DISTINGUISHED = 6.0
 """Models whose costs differ by less are not distinguished: odds of 20."""
 
@@ -42,8 +39,7 @@ def probabilities(search: ModelSearch) -> tuple[float, ...]:
 
     Models that were refused, as they leave what is missing as it was, have no part in it.
     """
-    least = search.cost(search.best)
-    others = [found for found in search.fitted.values() if found is not search.best and search.cost(found) >= least]
+    others = [found for found in search.fitted.values() if found is not search.best and search.cost(found) >= 0.0]
     models = [search.best, *others]
     weights = softmax([-0.5 * search.cost(found) for found in models])
     counts = [Counter(_name(active) for active in found.model.effects) for found in models]
@@ -77,7 +73,7 @@ def not_distinguished(search: ModelSearch) -> tuple[tuple[str, ...], ...]:
             instead = [one for one in model.model.effects if (one.effect.key, one.trial) not in others]
             if len(instead) != 1 or len(model.model.effects) != len(best) or _name(instead[0]) == _name(active):
                 continue
-            behind = search.cost(model) - search.cost(search.best)
+            behind = search.cost(model)
             if behind < _NOT_DISTINGUISHED and not instead[0].effect.curve:
                 name = _name(instead[0])
                 alternatives[name] = min(alternatives.get(name, (np.inf, "")), (behind, instead[0].effect.key))
@@ -87,7 +83,6 @@ def not_distinguished(search: ModelSearch) -> tuple[tuple[str, ...], ...]:
 
 def certainties(
     search: ModelSearch,
-    without: Sequence[WholeSwings | None],
     probability: Sequence[float],
     also_possible: Sequence[Sequence[str]],
 ) -> tuple[Certainty, ...]:
@@ -95,17 +90,12 @@ def certainties(
 
     Args:
         search: where it ended.
-        without: the best model without each of them.
         probability: of each.
         also_possible: keys of the effects that may be in its place.
     """
     found = list[Certainty]()
     for index, active in enumerate(search.best.model.effects):
-        if (
-            active.effect.curve
-            or _stands_for_more(active.effect, search.best.model)
-            or _imitates(search.best, without[index])
-        ):
+        if active.effect.curve or _stands_for_more(active.effect, search.best.model):
             found.append("acts_like")
         elif also_possible[index]:
             found.append("probable")
@@ -113,15 +103,6 @@ def certainties(
             p = probability[index]
             found.append("named" if p >= NAMED else "probable" if p >= PROBABLE else "acts_like")
     return tuple(found)
-
-
-def _imitates(found: WholeSwings, without: WholeSwings | None) -> bool:
-    """Return whether more of the missing torque is left than an effect explains."""
-    if without is None or not np.any(found.is_missing):
-        return False
-    scale = np.maximum(without.noise.torque_with_tails, found.noise.torque_with_tails)
-    left, before = (np.sum((of.torque / scale) ** 2) for of in (found, without))
-    return bool(left > _IMITATES * before)
 
 
 def _stands_for_more(effect: Effect, model: MotionModel) -> bool:
@@ -150,26 +131,26 @@ def shown_by(selection: Selection, values: Array, covariance: Array) -> Selectio
     return _sure_only(selection, shown)
 
 
-def as_predicted(selection: Selection, error: float, without: Sequence[float]) -> Selection:
-    """Return a selection in which no name is sure without which held-out motion is predicted as well.
+def where_more_remains(selection: Selection, error: float, without: Sequence[float], noise: float) -> Selection:
+    """Return a selection whose names are less sure: each may be a part of what the catalogue lacks.
+
+    None is more than probable, and none that explains less of the held-out motion than remains there.
 
     Args:
         selection: with effects, beside which more than noise remains.
         error: of its model over what was held out [rad].
         without: the same without each effect; not a number where it cannot be computed.
+        noise: the encoders' [rad].
     """
-    return _sure_only(selection, [is_worse(other, error) for other in without])
+    remains = error**2 - noise**2
+    less_sure: dict[Certainty, Certainty] = {"named": "probable", "probable": "acts_like", "acts_like": "acts_like"}
+    weaker = replace(selection, certainty=tuple(less_sure[one] for one in selection.certainty))
+    return _sure_only(weaker, [not other**2 - error**2 <= remains for other in without])
 
 
 def _sure_only(selection: Selection, where: Sequence[bool]) -> Selection:
     kept = zip(selection.certainty, where, strict=True)
     return replace(selection, certainty=tuple(one if sure else "acts_like" for one, sure in kept))
-
-
-def less_sure(selection: Selection) -> Selection:
-    """Return a selection whose names are less sure: what was held out is not explained as what was fitted is."""
-    weaker: dict[Certainty, Certainty] = {"named": "probable", "probable": "acts_like", "acts_like": "acts_like"}
-    return replace(selection, certainty=tuple(weaker[one] for one in selection.certainty))
 
 
 def _name(active: ActiveEffect) -> _Name:

@@ -11,6 +11,7 @@ gives, all evidence shrinks by itself.
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -31,15 +32,18 @@ from cdp_ident.tracing.neighbours import (
     extended_models,
     extended_replacements,
     first,
+    hides_more,
     replacements,
     simplifications,
 )
-from cdp_ident.tracing.odds import unlikelihood_of
+from cdp_ident.tracing.odds import cost, imitated
 from cdp_ident.tracing.selection import Step, Tried
 from cdp_ident.tracing.shaped_like import shaped_like_the_last
 
 Array = npt.NDArray[np.float64]
 Key = tuple[tuple[str, int | None, float], ...]
+_Fitted = tuple[WholeSwings, tuple[str, ...]]
+"""A fitted model, and the keys of the effects that it has more or less."""
 
 _MOST_EFFECTS = 10
 SEVERAL = 3
@@ -80,8 +84,8 @@ class ModelSearch:
         self.paper = self.best = self.fitted[_key(paper.model)] = paper
 
     def cost(self, found: WholeSwings) -> float:
-        """Return minus twice the logarithm of a model's probability, but for a constant."""
-        return found.misfit + unlikelihood_of(found.model, self._recorded)
+        """Return twice the logarithm of how much less probable a model is than the best one until now."""
+        return cost(found, self.best)
 
     def begin_with(self, neighbours: Iterable[Neighbour], action: str) -> None:
         """Try models that are expected, and go on from the most probable one.
@@ -89,7 +93,7 @@ class ModelSearch:
         Raises:
             InterruptedSearchError: the search is asked to stop.
         """
-        self._move(self.paper, [(neighbour, None) for neighbour in neighbours], action)
+        self._move([*neighbours], action)
         self._simplify()
 
     def run(self, suggested: Sequence[Neighbour] = ()) -> None:
@@ -106,10 +110,9 @@ class ModelSearch:
             extended = [*extended_models(self.best)]
             extended += [form for each in neighbours for form in extended_replacements(self.best, each, self.best)]
             # A score speaks for others.
-            hidden = [form for form in extended if not form.is_scored]
-            tried = [(each, None) for each in (*suggested, *neighbours, *hidden)]
-            suggested = ()
-            if self._move(before := self.best, tried, "added"):
+            hidden = [*suggested, *(form for form in extended if not form.is_scored)]
+            before, suggested = self.best, ()
+            if self._move(neighbours, "added", hidden):
                 if self.best.model.effects[-1].effect.curve is not None:
                     self._spell_out(before)
                 self._simplify()
@@ -133,54 +136,55 @@ class ModelSearch:
     def without(self, index: int) -> WholeSwings | None:
         """Return the best model without one of its effects; None where it cannot be fitted."""
         others, remain = self.best.model.without_effect(index)
-        return self._fit(Neighbour(others, self.best.values[remain], ()), self.best, with_torque=True)
+        what = (self.best.model.effects[index].key,)
+        fitted = self._fit_all([Neighbour(others, self.best.values[remain], what, self.best)])
+        return fitted[0][0] if fitted else None
 
-    def _move(
-        self,
-        origin: WholeSwings,
-        neighbours: Sequence[tuple[Neighbour, WholeSwings | None]],
-        action: str,
-    ) -> bool:
+    def _move(self, neighbours: Sequence[Neighbour], action: str, hidden: Sequence[Neighbour] = ()) -> bool:
         """Fit neighbours, and go on from the most probable model; return whether that is another one.
 
         Args:
-            origin: the model that they begin from.
-            neighbours: to be fitted; each may begin from another model.
+            neighbours: to be fitted.
             action: in words.
+            hidden: others that no score speaks for, to be fitted where these leave more than noise.
         """
-        tried = self._fit_all(origin, neighbours)
-        if not tried:
-            return False
-        best, what = min(tried, key=lambda pair: self.cost(pair[0]))
-        before, better = self.best, self.cost(best) < self.cost(self.best)
-        if better:
-            self.best = best
-            action = f"{action} {' and '.join(what)}"
-        else:
-            action = "nothing more helps"
-        self._note(action, before, tried)
-        return better
+        tried = self._fit_all(neighbours)
+        best, _ = self._most_probable(tried)
+        if hides_more(best):
+            tried += self._fit_all(hidden, min(best.misfit, self.best.misfit))
+        best, what = self._most_probable(tried)
+        if self.cost(best) < 0.0:
+            self._note(f"{action} {' and '.join(what)}", best, tried)
+            return True
+        if tried:
+            self._note("nothing more helps", None, tried)
+        return False
 
-    def _note(self, action: str, before: WholeSwings, tried: Sequence[tuple[WholeSwings, tuple[str, ...]]]) -> None:
-        by_what = {what: self.cost(of) - self.cost(before) for of, what in tried}
+    def _most_probable(self, tried: Sequence[_Fitted]) -> _Fitted:
+        """Return the most probable of some models; the best one until now where there is none."""
+        return min(tried, key=lambda pair: self.cost(pair[0]), default=(self.best, ()))
+
+    def _note(self, action: str, best: WholeSwings | None, tried: Sequence[_Fitted]) -> None:
+        """Go on from another model, if there is one, and keep what was tried."""
+        by_what = {what: self.cost(of) for of, what in tried}
         said = sorted((Tried(what, misfit) for what, misfit in by_what.items()), key=lambda one: one.misfit)
-        self.steps.append(Step(action, self.cost(self.best) - self.cost(self.paper), tuple(said)))
-        if self.best is not before:
-            gained = 0.5 * (self.cost(before) - self.cost(self.best)) / math.log(10.0)
+        gained = -0.5 * self.cost(best or self.best) / math.log(10.0)
+        self.best = best or self.best
+        self.steps.append(Step(action, -self.cost(self.paper), tuple(said)))
+        if best:
             self._say(f"{action}: the model is 10^{gained:.0f} times as probable")
 
     def _simplify(self) -> None:
         """Drop effects without which the model is the more probable one."""
         while self.best.model.effects:
-            neighbours = [(each, None) for each in simplifications(self.best, _SURE)]
+            neighbours = [*simplifications(self.best, _SURE + imitated(self.best))]
             if not neighbours:
                 return
-            tried = self._fit_all(self.best, neighbours, with_torque=True)
-            simpler = min(tried, key=lambda pair: self.cost(pair[0]), default=None)
-            if simpler is None or self.cost(simpler[0]) > self.cost(self.best):
+            tried = self._fit_all(neighbours)
+            simpler, what = self._most_probable(tried)
+            if not tried or self.cost(simpler) > 0.0:
                 return
-            before, self.best = self.best, simpler[0]
-            self._note(f"dropped {' and '.join(simpler[1])}", before, tried)
+            self._note(f"dropped {' and '.join(what)}", simpler, tried)
 
     def _other_maxima(self) -> bool:
         """Go on from a likelier maximum of the best model's likelihood, or with additions at one without torques.
@@ -193,18 +197,16 @@ class ModelSearch:
         except (IdentificationError, np.linalg.LinAlgError) as error:
             self.failures.append(f"other maxima: {error}")
             return False
-        before = self.best
-        self.best = self.fitted[_key(before.model)] = min([before, *others], key=lambda one: one.misfit)
-        if self.best.misfit < before.misfit - SHOWN:
-            self._note("found another maximum", before, ())
+        likeliest = self.fitted[_key(self.best.model)] = min([self.best, *others], key=lambda one: one.misfit)
+        if likeliest.misfit < self.best.misfit - SHOWN:
+            self._note("found another maximum", likeliest, ())
             return True
         if not np.any(self.best.is_missing):
             return False
         origin = others[0]
         behind = origin.misfit - self.best.misfit
         promising, _ = additions(origin, self._named_only, lasting=True, behind=behind)
-        neighbours = [(replace(each, again=True), origin) for each in first(promising)]
-        return self._move(origin, neighbours, "added")
+        return self._move([replace(each, again=True) for each in first(promising)], "added")
 
     def _zeros(self) -> bool:
         """Try encoders whose zeros differ from trial to trial."""
@@ -222,17 +224,17 @@ class ModelSearch:
         for joints in ((JOINTS[0],), (JOINTS[1],), JOINTS):
             for of, begin in {model: self.best.values, others: values}.items():
                 begins = replace(of, zero_joints=joints).with_zeros(begin, trials)
-                neighbours.append((Neighbour(*begins, (f"{' and '.join(joints)} zeros of each trial",)), None))
-        return self._move(self.best, neighbours, "added")
+                neighbours.append(Neighbour(*begins, (f"{' and '.join(joints)} zeros of each trial",), self.best))
+        return self._move(neighbours, "added")
 
     def _spell_out(self, before: WholeSwings) -> None:
         """Try named effects in the place of a nonparametric torque, and extended models of those that are."""
-        named, tried, added = before, list[tuple[WholeSwings, tuple[str, ...]]](), tuple[str, ...]()
+        named, tried, added = before, list[_Fitted](), tuple[str, ...]()
         alike, base = list[Neighbour](), self.best.values[: len(before.values)]
         try:
             for active, values in shaped_like_the_last(self.best):
                 begins = np.concatenate([base, values])
-                alike.append(Neighbour(before.model.with_effect(active), begins, (active.key,), again=True))
+                alike.append(Neighbour(before.model.with_effect(active), begins, (active.key,), before, again=True))
         except (np.linalg.LinAlgError, ValueError) as error:
             self.failures.append(f"effects like {self.best.model.effects[-1].key}: {error}")
         for _ in range(SEVERAL):
@@ -245,83 +247,102 @@ class ModelSearch:
                 break
             named, added = better[0], (*added, *better[1])
             tried.append((named, added))
-        if self.cost(named) < self.cost(self.best):
-            before, self.best = self.best, named
-            self._note(f"exchanged for {' and '.join(added)}", before, tried)
+        if self.cost(named) < 0.0:
+            self._note(f"exchanged for {' and '.join(added)}", named, tried)
 
-    def _better(self, than: WholeSwings, neighbours: Sequence[Neighbour]) -> tuple[WholeSwings, tuple[str, ...]] | None:
+    def _better(self, than: WholeSwings, neighbours: Sequence[Neighbour]) -> _Fitted | None:
         """Return the most probable neighbour of a model, with what it has more; None where none is better."""
-        fitted = self._fit_all(than, [(each, None) for each in neighbours])
-        best, what = min(fitted, key=lambda pair: self.cost(pair[0]), default=(than, ()))
-        return (best, what) if self.cost(best) < self.cost(than) else None
+        fitted = self._fit_all(neighbours)
+        best, what = min(fitted, key=lambda pair: cost(pair[0], than), default=(than, ()))
+        return (best, what) if cost(best, than) < 0.0 else None
 
     def _replace(self) -> bool:
         """Try other effects in the place of each one, their extended forms, and an extended model of another one."""
-        alternatives: list[tuple[Neighbour, WholeSwings | None]] = []
+        alternatives = list[Neighbour]()
         for index in range(len(self.best.model.effects)):
-            alternatives += [(each, None) for each in at_the_place_of(self.best, index)]
+            alternatives += at_the_place_of(self.best, index)
             without = self.without(index)
             if without is None:
                 continue
             others = first(replacements(self.best, index, without, self.scores, self._named_only))
             extended = [form for each in others for form in extended_replacements(self.best, each, without)]
-            alternatives += [(each, without) for each in (*others, *extended)]
-            alternatives += [(each, without) for each in extended_models(without)]
-        return self._move(self.best, alternatives, "exchanged for")
+            alternatives += [*others, *extended]
+            alternatives += extended_models(without)
+        return self._move(alternatives, "exchanged for")
 
-    def _fit_all(
-        self,
-        origin: WholeSwings,
-        neighbours: Sequence[tuple[Neighbour, WholeSwings | None]],
-        with_torque: bool = False,
-    ) -> list[tuple[WholeSwings, tuple[str, ...]]]:
-        """Return fitted neighbours, each from the model from which it begins."""
+    def _fit_all(self, neighbours: Sequence[Neighbour], to_beat: float | None = None) -> list[_Fitted]:
+        """Return fitted neighbours.
+
+        Args:
+            neighbours: to be fitted; of one model there may be several, which begin elsewhere.
+            to_beat: misfit of a model; by default of the best one.
+        """
+        if not neighbours:
+            return []
         if self._stop():
             raise InterruptedSearchError
-        self._trying(", ".join(dict.fromkeys(" and ".join(neighbour.what) for neighbour, _ in neighbours)))
-        begun = dict[tuple[Key, int | None], tuple[Neighbour, WholeSwings]]()
-        for place, (each, of) in enumerate(neighbours):
-            begun.setdefault((_key(each.model), place if each.again else None), (each, of or origin))
-        fits = list(parallel_map(lambda pair: self._near(*pair, with_torque), [*begun.values()]))
-        # What is kept does not depend on which fit is done first.
-        kept = [(self._kept(each, found), each.what) for (each, _), found in zip(begun.values(), fits, strict=True)]
-        return [(self.fitted[_key(found.model)], what) for found, what in kept if found is not None]
+        self._trying(", ".join(dict.fromkeys(" and ".join(neighbour.what) for neighbour in neighbours)))
+        begun = dict[Key, list[Neighbour]]()
+        for each in neighbours:
+            key = _key(each.model)
+            if each.again or (key not in self.fitted and key not in begun):
+                begun.setdefault(key, []).append(each)
+        least = self.best.misfit if to_beat is None else to_beat
+        for key, fit in zip(begun, parallel_map(lambda of: self._near(of, least), [*begun.values()]), strict=True):
+            found = fit.found
+            self.failures += fit.failures
+            # What is kept does not depend on which fit is done first.
+            if found and (key not in self.fitted or found.misfit < self.fitted[key].misfit):
+                self.fitted[key] = found
+        by_model = {_key(each.model): each.what for each in reversed(neighbours)}
+        return [(self.fitted[key], what) for key, what in by_model.items() if key in self.fitted]
 
-    def _fit(self, neighbour: Neighbour, origin: WholeSwings, with_torque: bool = False) -> WholeSwings | None:
-        """Return a fitted model, from another one's states; None where no motion can be computed."""
-        return self._kept(neighbour, self._near(neighbour, origin, with_torque))
+    def _near(self, begun: Sequence[Neighbour], to_beat: float) -> "_Fit":
+        """Fit a model from where it may begin: a few steps from each of several places, and to the end from the best.
 
-    def _near(self, neighbour: Neighbour, origin: WholeSwings, with_torque: bool) -> WholeSwings | str:
-        """Return a fitted model, one that was fitted before if it need not be again; in words why there is none."""
-        model, noise = neighbour.model, origin.noise
-        key = _key(model)
-        if key in self.fitted and not neighbour.again:
-            return self.fitted[key]
-        if with_torque:
-            # What is left out may have to be followed by unknown torques from now on.
-            noise = noise.with_torque_of_at_least(_AT_LEAST * self._recorded.large_torque)
-        to_beat = self.best.misfit + _HOPELESS if len(model.effects) >= len(self.best.model.effects) else np.inf
+        Args:
+            begun: the model, at these places.
+            to_beat: misfit of another model that has as many effects.
+        """
+        searches, failures, several = list[GaussNewton](), list[str](), len(begun) > 1
+        if len(begun[0].model.effects) < len(self.best.model.effects):
+            to_beat = np.inf
+        for each in begun:
+            noise = each.origin.noise
+            if len(each.values) < len(each.origin.values):
+                # What is left out may have to be followed by unknown torques from now on.
+                noise = noise.with_torque_of_at_least(_AT_LEAST * self._recorded.large_torque)
+            try:
+                states = _states(each.origin, each.model)
+                search = GaussNewton(each.model, each.values, self._recorded, states, noise, CLOSE_ENOUGH)
+                searches.append(search.run(_FEW_STEPS if several else ENOUGH_STEPS, to_beat + _HOPELESS))
+            except (IdentificationError, np.linalg.LinAlgError) as error:
+                failures.append(f"{' and '.join(each.what)}: {error}")
+        found = None
         try:
-            states = _states(origin, model)
-            steps = GaussNewton(model, neighbour.values, self._recorded, states, noise, CLOSE_ENOUGH)
-            return steps.run(ENOUGH_STEPS, to_beat).found()
+            if searches:
+                best = min(searches, key=lambda search: search.misfit)
+                found = (best.run(ENOUGH_STEPS, to_beat + _HOPELESS) if several else best).found()
         except (IdentificationError, np.linalg.LinAlgError) as error:
-            return f"{' and '.join(neighbour.what)}: {error}"
-
-    def _kept(self, neighbour: Neighbour, found: WholeSwings | str) -> WholeSwings | None:
-        """Return the most likely fit of a model until now, and keep it; None where there is no new one."""
-        if isinstance(found, str):
-            self.failures.append(found)
-            return None
-        before = self.fitted.get(_key(neighbour.model), found)
-        best = self.fitted[_key(neighbour.model)] = min(before, found, key=lambda one: one.misfit)
-        return best
+            failures.append(f"{' and '.join(begun[0].what)}: {error}")
+        return _Fit(found, failures)
 
 
+class _Fit(NamedTuple):
+    """What came of fitting a model."""
+
+    found: WholeSwings | None
+    """None where no motion can be computed."""
+    failures: list[str]
+    """In words."""
+
+
+_FEW_STEPS = 4
+"""After so many steps the best of several beginnings shows."""
 _HOPELESS = 30.0
 """A model whose misfit is larger than the best one's by this is not fitted to the end."""
 _SURE = 100.0
-"""An effect whose strength has a larger square, in its standard deviations, is not tried to be dropped."""
+"""An effect whose strength has a square larger by this than what is imitated is not tried to be dropped."""
 _AT_LEAST = 1e-2
 """Unknown torques to begin with where an effect is left out, over large ones."""
 

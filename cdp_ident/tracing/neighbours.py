@@ -54,6 +54,8 @@ class Neighbour:
     """(unknowns,)"""
     what: tuple[str, ...]
     """Keys of the effects that it has more, or has no longer."""
+    origin: WholeSwings
+    """The fitted model whose states and noise it begins with."""
     again: bool = False
     """Whether it is fitted even if it was before, from elsewhere."""
 
@@ -199,7 +201,7 @@ def _with(found: WholeSwings, active: ActiveEffect, values: Array) -> Neighbour:
     """Return a model with an effect more, in the place of the one that it contains, if any, whose values it has too."""
     index = _contained(found.model, active.effect)
     if index is None:
-        return Neighbour(found.model.with_effect(active), np.concatenate([found.values, values]), (active.key,))
+        return Neighbour(found.model.with_effect(active), np.concatenate([found.values, values]), (active.key,), found)
     own = _by_name(found, index)
     more = [value + own.get(p.name, 0.0) for p, value in zip(active.fitted, values.tolist(), strict=True)]
     return _instead(found, index, active, more)
@@ -210,7 +212,7 @@ def _instead(found: WholeSwings, index: int, active: ActiveEffect, values: Seque
     others, remain = found.model.without_effect(index)
     lower, upper = (np.array([getattr(p, end) for p in active.fitted]) for end in ("lower", "upper"))
     begin = np.concatenate([found.values[remain], np.clip(values, lower, upper)])
-    return Neighbour(others.with_effect(active), begin, (active.key,))
+    return Neighbour(others.with_effect(active), begin, (active.key,), found)
 
 
 def _contained(model: MotionModel, effect: Effect) -> int | None:
@@ -232,13 +234,13 @@ def extended_models(found: WholeSwings) -> Iterator[Neighbour]:
 
     Its score says too little, if any: unknown torques, or such noise, follow what it has more.
     """
-    for index, active in enumerate(found.model.effects if _hides_more(found) else ()):
+    for index, active in enumerate(found.model.effects if hides_more(found) else ()):
         for form in [] if active.is_difference else _extended([active.effect]):
             values = next(_beginnings(found, _by_name(found, index), form))
             yield _instead(found, index, replace(active, effect=form), values)
 
 
-def _hides_more(found: WholeSwings) -> bool:
+def hides_more(found: WholeSwings) -> bool:
     """Return whether a torque is missing, or an encoder's noise is autocorrelated."""
     return bool(np.any(found.leaves_more | (found.noise.kept > 0.0)))
 
@@ -257,7 +259,9 @@ def hidden_by_torques(found: WholeSwings) -> Iterator[Neighbour]:
         model, strengths = found.model, [torque[effect.joint] for effect in holding]
         for effect in holding:
             model = model.with_effect(ActiveEffect(effect))
-        yield Neighbour(model, np.concatenate([found.values, strengths]), tuple(effect.key for effect in holding))
+        yield Neighbour(
+            model, np.concatenate([found.values, strengths]), tuple(effect.key for effect in holding), found
+        )
     for effect in known_effects():
         if effect.remembers and torque[effect.joint] > 0.0:
             for values in _beginnings(found, {effect.parameters[0].name: torque[effect.joint]}, effect):
@@ -334,7 +338,7 @@ def extended_replacements(found: WholeSwings, replacement: Neighbour, without: W
     """
     last = len(replacement.model.effects) - 1
     active, known = replacement.model.effects[last], _by_name(replacement, last)
-    for form in _extended([active.effect]) if _hides_more(found) and not active.is_difference else []:
+    for form in _extended([active.effect]) if hides_more(found) and not active.is_difference else []:
         yield _with(without, replace(active, effect=form), np.array(next(_beginnings(without, known, form))))
 
 
@@ -388,7 +392,7 @@ def simplifications(found: WholeSwings, sure: float) -> Iterator[Neighbour]:
             others, remain = found.model.without_effect(index)
             # What happens at an instant may have been fitted at another one before.
             again = any(other.effect.at_an_instant for other in others.effects)
-            yield Neighbour(others, found.values[remain], (active.key,), again)
+            yield Neighbour(others, found.values[remain], (active.key,), found, again)
         yield from _less_of(found, index, sure)
 
 

@@ -4,13 +4,18 @@
 
 import math
 
+import numpy as np
+
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.likelihood.whole_swing import Recorded
+from cdp_ident.likelihood.whole_swing import Recorded, WholeSwings
 from cdp_ident.model.effects.catalogue import known_effects
 
 _AGAINST = 150.0
 """Odds against an effect that is looked for: of some fifty, a rig has one or none in most joints."""
+_IMITATED = 0.1
+"""Share of a missing torque's mean square that an effect imitates by chance: a torque that goes with the state has some
+ten degrees of freedom, however long it is looked at."""
 
 
 def log10_odds(misfit: float) -> float:
@@ -45,3 +50,24 @@ def unlikelihood_of(model: MotionModel, recorded: Recorded) -> float:
     """Return the same of all effects of a model, and of encoders whose zeros differ from trial to trial."""
     zeros = 2.0 * math.log(_AGAINST) if model.zeros else 0.0
     return zeros + sum(unlikelihood(active, recorded) for active in model.effects)
+
+
+def cost(found: WholeSwings, than: WholeSwings) -> float:
+    """Return twice the logarithm of how much less probable a model is than another one.
+
+    Where torques are missing that no law gives, an effect may imitate a share of them. So what the larger of both
+    models has more is to explain that share of the impulses that are still unknown: each is that much evidence.
+    """
+    more = _size(found.model) - _size(than.model)
+    unlikely = unlikelihood_of(found.model, found.recorded) - unlikelihood_of(than.model, than.recorded)
+    return found.misfit - than.misfit + unlikely + more * imitated(found if more > 0 else than)
+
+
+def imitated(found: WholeSwings) -> float:
+    """Return by how much an effect makes a model's misfit smaller by chance, where torques are missing."""
+    return _IMITATED * float(np.sum(found.freedom[found.is_missing]))
+
+
+def _size(model: MotionModel) -> int:
+    """Return how many effects a model has; a nonparametric torque counts as two, zeros of each trial as one."""
+    return bool(model.zeros) + sum(2 if active.effect.curve else 1 for active in model.effects)

@@ -49,7 +49,7 @@ def select_effects(
         without=without,
         probability=probability,
         also_possible=also_possible,
-        certainty=certainties(search, without, probability, also_possible),
+        certainty=certainties(search, probability, also_possible),
         scores=tuple(search.scores),
         failures=tuple(search.failures),
         interrupted=interrupted,
@@ -79,4 +79,4 @@ def _expected(found: Identification, expected: Sequence[ExpectedEffect]) -> Iter
         model, values = found.whole.model, found.whole.values
         for one in expected:
             model, values = model.with_effect(ActiveEffect(one.effect)), np.concatenate([values, one.values])
-        yield Neighbour(model, values, tuple(one.effect.key for one in expected))
+        yield Neighbour(model, values, tuple(one.effect.key for one in expected), found.whole)

@@ -16,7 +16,7 @@ from cdp_ident.fit.initial_states import fit_initial_states
 from cdp_ident.fit.physical import PhysicalValues
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.parameters import groups_of, inertia_about_cart
-from cdp_ident.tracing.certainty import as_predicted, less_sure, shown_by
+from cdp_ident.tracing.certainty import shown_by, where_more_remains
 from cdp_ident.tracing.expected import ExpectedEffect
 from cdp_ident.tracing.final_model import FinalModel, is_worse
 from cdp_ident.tracing.final_values import final_values
@@ -180,9 +180,7 @@ def judged(
         alike = not any(active.is_difference for active in chosen.model.effects)
         more = whole is None or np.any(whole.leaves_more) or (remains.significant and alike)
         if more:
-            selection = as_predicted(selection, after.holdout.rmse(), without)
-        if more and not np.any(chosen.leaves_more):
-            selection = less_sure(selection)
+            selection = where_more_remains(selection, after.holdout.rmse(), without, data.noise_level)
         effects = found_effects(selection, after, completed.fit, without, completed.covariance, completed.inertia)
     return Trace(
         selection=selection,

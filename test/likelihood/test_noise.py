@@ -22,7 +22,7 @@ def swing(time):
 
 
 def linear(of, residuals, rates=0.0):
-    nodes = len(of.grids)
+    nodes = len(of.node_times)
     return Linearised(
         np.zeros((nodes, N, D)),
         np.zeros((nodes, N)),

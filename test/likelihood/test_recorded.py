@@ -91,7 +91,7 @@ def test_states_begin_near_the_motion():
     for swing, states in zip(of.swings, states_of(of, MODEL), strict=True):
         at = swing.begin + swing.node_times
         angles = np.stack([np.interp(at, TIME, angle) for angle in motion().T], axis=1)
-        assert states.shape == (len(swing.grids), 4)
+        assert states.shape == (len(swing.node_times), 4)
         np.testing.assert_allclose(states[:, :2], angles, atol=0.2)
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.model.effects.curves import CURVES
-from cdp_ident.tracing.certainty import as_predicted, certainties, not_distinguished, probabilities, shown_by
+from cdp_ident.tracing.certainty import certainties, not_distinguished, probabilities, shown_by, where_more_remains
 from cdp_ident.tracing.selection import Selection
 from scenarios.swings import MODEL, known
 
@@ -18,25 +18,16 @@ OFFSET, SPRING = "encoder_offset.inner", "joint_spring.outer"
 TWO = ("cogging_torque.inner.2 per turn", "cogging_torque.inner.3 per turn")
 
 
-def model(cost, *keys, torque=(0.0, 0.0)):
-    """Return a fitted model of a cost, with effects, in whose joints torques are missing."""
+def model(cost, *keys):
+    """Return a fitted model of a cost, with effects."""
     found = MODEL
     for key in keys:
         found = found.with_effect(ActiveEffect(known(key) if isinstance(key, str) else key))
-    torque = np.array(torque)
     # The first effect is shown best.
     values = np.concatenate(
         [np.zeros(len(MODEL.names)), *(np.full(len(a.fitted), 0.5**k) for k, a in enumerate(found.effects))]
     )
-    return SimpleNamespace(
-        model=found,
-        values=values,
-        covariance=np.eye(len(values)),
-        cost=cost,
-        is_missing=torque > 0.0,
-        torque=torque,
-        noise=SimpleNamespace(torque_with_tails=torque + 1e-6),
-    )
+    return SimpleNamespace(model=found, values=values, covariance=np.eye(len(values)), cost=cost)
 
 
 def search(*models):
@@ -81,38 +72,27 @@ def test_what_could_be_in_a_name_s_place_is_told(models, expected):
     assert not_distinguished(search(*(model(*of) for of in models))) == expected
 
 
-def certainty(probability=1.0, also_possible=(), left=0.0, before=1.0, key=DRY):
-    found = search(model(0.0, key, torque=(0.0, left)))
-    return certainties(found, [model(99.0, torque=(0.0, before))], [probability], [also_possible])
-
-
 @pytest.mark.parametrize(
-    ("of", "expected"),
+    ("key", "probability", "also_possible", "expected"),
     [
-        *(({"probability": p}, sure) for p, sure in ((0.96, "named"), (0.9, "probable"), (0.71, "probable"))),
-        ({"probability": 0.5}, "acts_like"),
+        *(
+            (DRY, p, (), sure)
+            for p, sure in ((0.96, "named"), (0.9, "probable"), (0.71, "probable"), (0.5, "acts_like"))
+        ),
         # There are others in its place.
-        ({"also_possible": (DRAG,)}, "probable"),
-        # It leaves most of the missing torque; torques are compared by their mean squares.
-        *(({"left": left}, "acts_like") for left in (0.9, 0.75)),
-        *(({"left": left}, "named") for left in (0.6, 0.0)),
+        (DRY, 1.0, (DRAG,), "probable"),
         # It is a torque without a name.
-        *(({"key": CURVES[0], "left": left}, "acts_like") for left in (0.0, 1.0)),
+        (CURVES[0], 1.0, (), "acts_like"),
     ],
 )
-def test_a_name_is_as_sure_as_it_is_probable_and_as_what_it_explains(of, expected):
-    assert certainty(**of) == (expected,)
-
-
-def test_a_model_that_cannot_be_fitted_without_an_effect_is_no_evidence_against_it():
-    found = search(model(0.0, DRY, torque=(0.0, 1.0)))
-    assert certainties(found, [None], [1.0], [()]) == ("named",)
+def test_a_name_is_as_sure_as_it_is_probable(key, probability, also_possible, expected):
+    assert certainties(search(model(0.0, key)), [probability], [also_possible]) == (expected,)
 
 
 @pytest.mark.parametrize(("harmonics", "expected"), [(3, "named"), (4, "acts_like")])
 def test_more_than_a_few_torques_over_one_angle_are_a_torque_without_a_name(harmonics, expected):
     found = search(model(0.0, *[f"cogging_torque.outer.{k + 2} per turn" for k in range(harmonics)]))
-    assert certainties(found, [None] * harmonics, [1.0] * harmonics, [()] * harmonics) == (expected,) * harmonics
+    assert certainties(found, [1.0] * harmonics, [()] * harmonics) == (expected,) * harmonics
 
 
 @pytest.mark.parametrize(("deviations", "expected"), [(3.0, "acts_like"), (3.3, "named")])
@@ -126,10 +106,23 @@ def test_a_name_is_not_sure_whose_effect_all_that_was_measured_shows_less_than_t
 
 
 @pytest.mark.parametrize(
-    ("without", "expected"), [(1.5e-3, "named"), (1.01e-3, "acts_like"), (0.8e-3, "acts_like"), (np.nan, "named")]
+    ("without", "noise", "expected"),
+    [
+        (1.5e-3, 0.0, "probable"),
+        (1.4e-3, 0.0, "acts_like"),
+        # The encoders' noise is no part of what remains.
+        *(
+            (without, 0.9e-3, of)
+            for without, of in ((1.15e-3, "probable"), (1.01e-3, "acts_like"), (8e-4, "acts_like"))
+        ),
+        # Where it cannot be computed, it is no evidence against the name.
+        (np.nan, 0.0, "probable"),
+    ],
 )
-def test_where_more_than_noise_remains_a_name_is_sure_only_if_held_out_motion_needs_it(without, expected):
-    assert as_predicted(named(), 1e-3, [without]).certainty == (expected,)
+def test_where_more_than_noise_remains_a_name_is_probable_if_it_explains_more_of_held_out_motion(
+    without, noise, expected
+):
+    assert where_more_remains(named(), 1e-3, [without], noise).certainty == (expected,)
 
 
 def named():

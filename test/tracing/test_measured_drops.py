@@ -19,20 +19,20 @@ NOMINAL = {"L": 0.3, "m1": 0.608, "m2": 0.63, "m0": 0.0, "l1": 0.275, "l2": 0.16
 
 @pytest.mark.campaign
 @pytest.mark.skipif(not DROPS.exists(), reason=f"the measured drops are not at {DROPS}")
-def test_dry_friction_in_both_joints_and_the_geared_rotor_are_found_in_two_drops_and_predict_the_third(tmp_path):
+def test_friction_in_both_joints_and_the_geared_rotor_are_found_in_two_drops_and_predict_the_third(tmp_path):
     bags = [tmp_path / str(number) for number in (1, 2, 3)]
     for bag in bags:
         given = [str(DROPS / f"drop{bag.name}.csv.gz"), "--zero", "hanging", "--length", "0.3"]
         assert main([*given, "--out", str(bag)]) == 0
     first, second, third = (load_trial(bag) for bag in bags)
     _, traced = identify_and_trace([first, second], [third], IdentifyOptions(prior=Prior(nominal=NOMINAL)))
-    certainty = {effect.active.effect.key: effect.certainty for effect in traced.effects}
-    assert certainty == {
-        "geared_rotor.outer": "named",
-        "coulomb_friction.outer": "named",
-        "coulomb_friction.inner": "probable",
-    }
-    assert traced.errors["effects"].holdout.rmse < 10e-3
-    friction = {effect.active.effect.key: effect.parameters[0] for effect in traced.effects}
-    for key, elsewhere in (("coulomb_friction.inner", 0.093), ("coulomb_friction.outer", 0.09)):
-        assert abs(friction[key].value - elsewhere) < 2.0 * friction[key].std
+    found = {effect.active.effect.key: effect for effect in traced.effects}
+    friction = [next(key for key in found if "friction" in key and joint in key) for joint in ("inner", "outer")]
+    assert "geared_rotor.outer" in found
+    # More than noise remains, so no name is sure.
+    assert all(effect.certainty != "named" for effect in found.values())
+    before, after = (traced.errors[stage].holdout.rmse for stage in ("refined", "effects"))
+    assert after < 0.2 * before
+    for key, elsewhere in zip(friction, (0.093, 0.09), strict=True):
+        torque = found[key].parameters[0]
+        assert abs(torque.value - elsewhere) < 2.0 * torque.std

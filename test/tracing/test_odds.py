@@ -3,12 +3,14 @@
 """Before any trial, effects are unlikely, and what may be in many places or forms shares their odds."""
 
 import math
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.model.effects.catalogue import known_effects
-from cdp_ident.tracing.odds import unlikelihood, unlikelihood_of
+from cdp_ident.tracing.odds import cost, imitated, unlikelihood, unlikelihood_of
 from scenarios.swings import MODEL, TRUE, known
 
 DRY = ActiveEffect(known("coulomb_friction.outer"))
@@ -39,3 +41,16 @@ def test_a_model_s_effects_add_up_and_zeros_of_each_trial_count_as_one(clean):
     assert unlikelihood_of(both, clean.recorded) == pytest.approx(total)
     with_zeros, _ = MODEL.with_zeros(TRUE, [0, 1])
     assert unlikelihood_of(with_zeros, clean.recorded) == pytest.approx(2.0 * math.log(150.0))
+
+
+def test_where_a_torque_is_missing_an_effect_has_to_explain_more_than_it_would_imitate(clean):
+    effect, freedom = replace(clean, model=MODEL.with_effect(DRY)), np.array([100.0, 300.0])
+    odds = 2.0 * math.log(150.0)
+    assert cost(effect, clean) == pytest.approx(odds) == pytest.approx(-cost(clean, effect))
+    missing = replace(effect, is_missing=np.array([False, True]), freedom=freedom)
+    assert imitated(missing) == pytest.approx(30.0)
+    assert cost(missing, clean) == pytest.approx(odds + 30.0) == pytest.approx(-cost(clean, missing))
+    # Of models with as many effects none has more to explain, and a curve counts as two.
+    assert cost(missing, effect) == pytest.approx(0.0)
+    curve = replace(missing, model=MODEL.with_effect(ActiveEffect(known("unknown_torque.outer.over_angle"))))
+    assert cost(curve, missing) == pytest.approx(odds + 30.0)
