@@ -78,6 +78,8 @@ class ModelSearch:
         self._named_only = named_only
         self.fitted: dict[Key, WholeSwings] = {}
         """All models, by their effects."""
+        self._to_beat: dict[Key, float] = {}
+        """Misfits that the fits of these were to beat: some were given up."""
         self.steps: list[Step] = []
         self.failures: list[str] = []
         self._scored: tuple[WholeSwings, list[Neighbour], list[Score]] | None = None
@@ -252,7 +254,7 @@ class ModelSearch:
 
     def _better(self, than: WholeSwings, neighbours: Sequence[Neighbour]) -> _Fitted | None:
         """Return the most probable neighbour of a model, with what it has more; None where none is better."""
-        fitted = self._fit_all(neighbours)
+        fitted = self._fit_all(neighbours, than.misfit)
         best, what = min(fitted, key=lambda pair: cost(pair[0], than), default=(than, ()))
         return (best, what) if cost(best, than) < 0.0 else None
 
@@ -282,12 +284,12 @@ class ModelSearch:
         if self._stop():
             raise InterruptedSearchError
         self._trying(", ".join(dict.fromkeys(" and ".join(neighbour.what) for neighbour in neighbours)))
-        begun = dict[Key, list[Neighbour]]()
+        begun, least = dict[Key, list[Neighbour]](), self.best.misfit if to_beat is None else to_beat
         for each in neighbours:
             key = _key(each.model)
-            if each.again or (key not in self.fitted and key not in begun):
+            if each.again or (key not in begun and not self._is_fitted(key, least)):
                 begun.setdefault(key, []).append(each)
-        least = self.best.misfit if to_beat is None else to_beat
+                self._to_beat[key] = max(least, self._to_beat.get(key, -np.inf))
         for key, fit in zip(begun, parallel_map(lambda of: self._near(of, least), [*begun.values()]), strict=True):
             found = fit.found
             self.failures += fit.failures
@@ -296,6 +298,12 @@ class ModelSearch:
                 self.fitted[key] = found
         by_model = {_key(each.model): each.what for each in reversed(neighbours)}
         return [(self.fitted[key], what) for key, what in by_model.items() if key in self.fitted]
+
+    def _is_fitted(self, key: Key, to_beat: float) -> bool:
+        """Return whether a model was fitted to the end, or given up where it had no more to beat than it has now."""
+        found = self.fitted.get(key)
+        ended = found is not None and (found.converged or found.steps == ENOUGH_STEPS)
+        return ended or (found is not None and to_beat <= self._to_beat.get(key, np.inf))
 
     def _near(self, begun: Sequence[Neighbour], to_beat: float) -> "_Fit":
         """Fit a model from where it may begin: a few steps from each of several places, and to the end from the best.
