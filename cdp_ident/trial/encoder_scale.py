@@ -6,7 +6,7 @@ Gravity's torque goes with the sine of an angle, and so shows how large the angl
 signals are counted once or four times, or a gear is forgotten, forces balance with the readings over this factor only.
 """
 
-from collections.abc import Callable
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -17,8 +17,6 @@ from cdp_ident.trial.options import TrialOptions
 
 Joints = tuple[str, ...]
 """The joints whose readings have the same factor."""
-Misfit = Callable[[Joints, float], float]
-"""What is left with the joints' readings over the exponential of a number; infinite where it cannot be computed."""
 
 _TOGETHER: tuple[Joints, ...] = (("inner",), ("outer",), ("inner", "outer"))
 TURNS = 0.5 / np.pi
@@ -46,29 +44,7 @@ _WITHIN = 3e-4
 """Accuracy of the logarithm."""
 
 
-def least_misfit(misfit: Misfit) -> tuple[float, Joints, float]:
-    """Return the least misfit of all factors, the joints that have this factor, and its logarithm."""
-    tried = np.array([[misfit(joints, logarithm) for logarithm in _LOGARITHMS] for joints in _TOGETHER])
-    around = np.pad(tried, ((0, 0), (1, 1)), constant_values=np.inf)
-    minima = np.argwhere(np.isfinite(tried) & (tried <= around[:, :-2]) & (tried <= around[:, 2:])).tolist()
-    minima.sort(key=lambda place: tried[tuple(place)])
-    refined = [refine(misfit, _TOGETHER[joints], float(_LOGARITHMS[near])) for joints, near in minima[:_REFINED]]
-    return min(refined, key=lambda found: found[0], default=(np.inf, _TOGETHER[0], 0.0))
-
-
-def refine(misfit: Misfit, joints: Joints, near: float) -> tuple[float, Joints, float]:
-    """Return the least misfit near a factor, the joints that have it, and its logarithm."""
-
-    def finite(logarithm: float) -> float:
-        return min(misfit(joints, logarithm), _NONE)
-
-    found = minimize_scalar(
-        finite, bounds=(near - _BETWEEN, near + _BETWEEN), method="bounded", options={"xatol": _WITHIN}
-    )
-    return float(found.fun), joints, float(found.x)
-
-
-def scaled(options: TrialOptions, joints: Joints, logarithm: float) -> TrialOptions:
+def _scaled(options: TrialOptions, joints: Joints, logarithm: float) -> TrialOptions:
     """Return the meaning of angles with the joints' readings over another factor."""
     factors = {f"{joint}_scale": float(np.exp(logarithm)) * getattr(options, f"{joint}_scale") for joint in joints}
     return replace(options, **factors)
@@ -89,19 +65,35 @@ def best_scale(recorded: Recorded, options: TrialOptions, *, any_factor: bool, f
     apart = max(1, sum(map(np.count_nonzero, recorded.moving)) // _ENOUGH)
     some = replace(recorded, moving=tuple(mask & (np.arange(len(mask)) % apart == 0) for mask in recorded.moving))
 
-    def least(base: TrialOptions) -> tuple[float, Joints, float]:
-        return least_misfit(lambda joints, log: _left(_possible(balance_of(some, scaled(base, joints, log)))))
+    def tried(base: TrialOptions, joints: Joints, logarithm: float) -> Balance | None:
+        return _possible(balance_of(some, _scaled(base, joints, logarithm)))
 
     bases = [options, replace(options, scale_from="zero")] if from_zero else [options]
-    likely = [scaled(base, joints, log) for base in bases for joints in _TOGETHER for log in np.log(_LIKELY)]
+    choices = list(itertools.product(bases, _TOGETHER))
     most = min(_FAR_LESS * _left(balance_of(some, options)), _EXPLAINED)
-    tried = [other for meaning in likely if _left(other := _possible(balance_of(some, meaning))) <= most and other]
-    if best := min(tried, key=lambda other: other.lumped.misfit, default=None):
-        return _possible(balance_of(recorded, best.meaning))
+    likely = [tried(*choice, logarithm) for choice in choices for logarithm in np.log(_LIKELY)]
+    explaining = [other for other in likely if other and _left(other) <= most]
+    if explaining:
+        return _possible(balance_of(recorded, min(explaining, key=lambda other: other.lumped.misfit).meaning))
     if not any_factor:
         return None
-    (_, joints, logarithm), base = min(((least(base), base) for base in bases), key=lambda found: found[0][0])
-    return _possible(balance_of(recorded, scaled(base, joints, logarithm))) if abs(logarithm) > _NEAREST else None
+    left = np.array([[_left(tried(*choice, logarithm)) for logarithm in _LOGARITHMS] for choice in choices])
+    around = np.pad(left, ((0, 0), (1, 1)), constant_values=np.inf)
+    minima = np.argwhere(np.isfinite(left) & (left <= around[:, :-2]) & (left <= around[:, 2:])).tolist()
+    minima.sort(key=lambda place: left[tuple(place)])
+
+    def refined(choice: int, near: float) -> tuple[float, int, float]:
+        found = minimize_scalar(
+            lambda logarithm: min(_left(tried(*choices[choice], logarithm)), _NONE),
+            bounds=(near - _BETWEEN, near + _BETWEEN),
+            method="bounded",
+            options={"xatol": _WITHIN},
+        )
+        return float(found.fun), choice, float(found.x)
+
+    found = [refined(choice, _LOGARITHMS[near]) for choice, near in minima[: _REFINED * len(bases)]]
+    _, choice, logarithm = min(found, default=(np.inf, 0, 0.0))
+    return _possible(balance_of(recorded, _scaled(*choices[choice], logarithm))) if abs(logarithm) > _NEAREST else None
 
 
 def _possible(balance: Balance | None) -> Balance | None:

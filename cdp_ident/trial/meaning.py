@@ -41,6 +41,8 @@ class Recorded:
     """Of each motion, the windows (as many as `balance.windows` returns) that show it well."""
     notes: tuple[str, ...] = ()
     """What was dropped and parted, in words."""
+    outliers: tuple[float, ...] = ()
+    """Times since the recording's first sample at which outliers were left out [s]."""
 
 
 @dataclass(frozen=True)

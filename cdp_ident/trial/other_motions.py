@@ -62,7 +62,7 @@ def still_joint(recorded: Recorded, options: TrialOptions) -> str:
 def too_far(recorded: Recorded, options: TrialOptions) -> str:
     """Return that readings cannot be of their unit, as a joint turns too far by them, in words; empty if none does."""
     scales = options.inner_scale, options.outer_scale
-    steps = [np.abs(np.diff(piece.angles, axis=0)) / scales for piece in recorded.pieces]
+    steps = [np.abs(np.diff(piece.samples.angles, axis=0)) / scales for piece in recorded.pieces]
     far = np.mean(np.concatenate([np.zeros((1, 2)), *steps]) > np.pi / 2, axis=0)
     for joint in np.array(JOINTS)[far > _FAR_OFTEN].tolist():
         how = (

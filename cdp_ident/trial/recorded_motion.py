@@ -22,13 +22,13 @@ _FEWEST_SAMPLES = 4
 def recorded_motion(samples: Samples, options: TrialOptions) -> Recorded:
     """Return the motion in samples. Raises TrialError where no piece of them is long enough."""
     samples = in_angles(samples, options)
-    cleaned = clean(samples, options.start, options.stop)
+    cleaned, outlying, notes = clean(samples, options.start, options.stop)
     if not len(cleaned.time):
         limits = {name: at for name in ("start", "stop") if np.isfinite(at := getattr(options, name))}
         asked = " and ".join(options.setting(name, f"{at} s") for name, at in limits.items())
-        raise TrialError(f"no sample lies within {asked}: the recording has {clean(samples).time[-1]:.2f} s")
-    taken, time = cleaned.samples[~cleaned.outlier], cleaned.time[~cleaned.outlier]
-    scales = Scales.of(time - time[0], model_angles(taken.angles, options))
+        raise TrialError(f"no sample lies within {asked}: the recording has {clean(samples)[0].time[-1]:.2f} s")
+    time = cleaned.time
+    scales = Scales.of(time - time[0], model_angles(cleaned.samples.angles, options))
     step = sampling_step(time)
     if scales.unit < _FASTEST and step * len(time) < _SAMPLED * (time[-1] - time[0]):
         raise TrialError(
@@ -36,19 +36,20 @@ def recorded_motion(samples: Samples, options: TrialOptions) -> Recorded:
             "are they stamped in bursts?"
         )
     longest_gap, shortest = options.longest_gap or scales.longest_gap, options.shortest or scales.shortest
-    pieces, gaps = cut_at_gaps(cleaned, longest_gap)
-    notes = [*cleaned.notes, *gaps]
+    pieces, gaps = cut_at_gaps(cleaned, outlying, longest_gap)
+    notes += gaps
     pieces = [piece for piece in pieces if _is_long_enough(piece, shortest, scales)]
     if not pieces:
         length = time[-1] - time[0]
         rules = f"at least {_FEWEST_SAMPLES / scales.unit:.0f} samples a second and no gap over {longest_gap:.3g} s"
         raise TrialError(
-            f"{len(taken.stamps)} samples over {length:.2f} s hold no stretch of {shortest:.3g} s with {rules}; "
+            f"{len(time)} samples over {length:.2f} s hold no stretch of {shortest:.3g} s with {rules}; "
             f"{'; '.join(notes) or 'the recording is too short'}"
         )
-    motions = tuple(motion_on_grid(piece.time, piece.angles, piece.cart, scales, piece.torques) for piece in pieces)
+    measured = [(piece.time, piece.samples) for piece in pieces]
+    motions = tuple(motion_on_grid(time, of.angles, of.cart, scales, of.torques) for time, of in measured)
     moving = tuple(moving_windows(motion, options) for motion in motions)
-    return Recorded(tuple(pieces), motions, moving, tuple(notes))
+    return Recorded(tuple(pieces), motions, moving, tuple(notes), tuple(outlying.tolist()))
 
 
 def _is_long_enough(piece: Piece, shortest: float, scales: Scales) -> bool:
