@@ -123,7 +123,7 @@ def _length(found: Found) -> tuple[float, float] | None:
     if found.balance is None or not found.balance.lumped.has_certain_signs:
         return None
     g, lumped = NOMINAL["g"], found.balance.lumped
-    length, std = g * lumped.length_over_gravity, g * lumped.length_std
+    length, std = (g * of for of in lumped.length_over_gravity)
     return (length, std) if length > 0 and std < _WELL_KNOWN * length else None
 
 

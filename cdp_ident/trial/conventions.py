@@ -99,7 +99,7 @@ def _others(recorded: Recorded, options: TrialOptions, least: float) -> Iterator
     yield best_scale(recorded, options, any_factor=least > GOOD, from_zero=from_zero)
     if least > GOOD:
         moved = with_other_zeros(recorded, outer_meanings(recorded, options))
-        yield best_of(other for other in moved if other.lumped.is_mechanism and may_be_rods(other.lumped))
+        yield best_of(other for other in moved if other.lumped.is_certain)
         turned = replace(options, inner_joint=options.outer_joint, outer_joint=options.inner_joint)
         yield best_of(other for other in outer_meanings(exchanged(recorded), turned) if may_be_rods(other.lumped))
     if least > GOOD and options.all_settable and any(np.any(motion.cart) for motion in recorded.motions):
@@ -150,7 +150,7 @@ def _doubts(given: Balance, best: Balance) -> list[str]:
         )
     outer_angle = options.setting("outer_angle", options.outer_angle)
     as_good = other.unexplained < max(lumped.unexplained / MUCH_BETTER, GOOD / 2)
-    if not (lumped.is_mechanism and lumped.has_certain_signs):
+    if not lumped.is_certain:
         warnings.append(
             "the motion is too small, too short or too noisy to tell what the angles mean: make sure that "
             f"{options.setting('zero', options.zero)} and {outer_angle} are right"

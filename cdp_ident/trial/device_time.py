@@ -59,11 +59,5 @@ def in_device_time(recording: JointRecording) -> tuple[JointRecording, ClockRate
 
 def _rate_of_stamps(device: Array, host: Array) -> ClockRate:
     parts = zip(np.array_split(device, _PARTS), np.array_split(host, _PARTS), strict=True)
-    scatter = np.std([_slope(y, x) for x, y in parts], ddof=1)
-    return ClockRate(_slope(host, device) - 1.0, float(scatter))
-
-
-def _slope(host: Array, device: Array) -> float:
-    """Return the device's time in a second of the host's, by least squares."""
-    host, device = host - host.mean(), device - device.mean()
-    return float(device @ device / (host @ device))
+    whole, *of_parts = (1.0 / np.polyfit(*of, 1)[0] for of in ((device, host), *parts))
+    return ClockRate(float(whole) - 1.0, float(np.std(of_parts, ddof=1)))

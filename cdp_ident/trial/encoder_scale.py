@@ -98,7 +98,7 @@ def best_scale(recorded: Recorded, options: TrialOptions, *, any_factor: bool, f
 
 def _possible(balance: Balance | None) -> Balance | None:
     """Return a balance that is certain to be a double pendulum's."""
-    return balance if balance and balance.lumped.is_mechanism and balance.lumped.has_certain_signs else None
+    return balance if balance and balance.lumped.is_certain else None
 
 
 def _left(balance: Balance | None) -> float:

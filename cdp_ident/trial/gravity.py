@@ -8,7 +8,6 @@ import numpy as np
 
 from cdp_ident.arrays import Array
 from cdp_ident.errors import TrialError
-from cdp_ident.trial.balance import joined
 from cdp_ident.trial.joints import Samples, in_radians, model_angles
 from cdp_ident.trial.lumped import gravity_directions
 from cdp_ident.trial.meaning import balance_of
@@ -23,7 +22,7 @@ def gravity_of(samples: Samples, options: TrialOptions) -> Array | None:
     """
     recorded = recorded_motion(samples, options)
     balance = balance_of(recorded, options)
-    return gravity_directions(joined(balance.windows), np.concatenate(recorded.moving)) if balance else None
+    return gravity_directions(balance.trusted) if balance else None
 
 
 def in_right_ranges(samples: Samples, options: TrialOptions) -> Samples:

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from scipy.linalg.lapack import dposv
 
-from cdp_ident.arrays import Array, Indices, Mask
+from cdp_ident.arrays import Array, Indices
 from cdp_ident.trial.balance import COLUMNS, Windows, residual, torques
 
 _TRIMMED_ROUNDS = 12
@@ -65,19 +65,14 @@ class Lumped:
     """(6, 6) of the first six values."""
 
     @property
-    def length_over_gravity(self) -> float:
-        """L / g [s^2], as A = m2 L l2 and G2 = m2 l2 g over the same A22."""
-        A, _, _, _, _, G2, *_ = self.values
-        return float(A / G2) if G2 else np.inf
-
-    @property
-    def length_std(self) -> float:
-        """Standard deviation of `length_over_gravity` to first order [s^2]."""
-        A, _, _, _, _, G2, *_ = self.values
+    def length_over_gravity(self) -> tuple[float, float]:
+        """L / g [s^2], as A = m2 L l2 and G2 = m2 l2 g over the same A22, and its deviation to first order."""
+        places = [0, 5]
+        A, G2 = self.values[places]
         if not G2:
-            return np.inf
-        slope = np.array([1 / G2, 0, 0, 0, 0, -A / G2**2])
-        return float(np.sqrt(max(0.0, slope @ self.covariance @ slope)))
+            return np.inf, np.inf
+        slope = np.array([1.0, -A / G2]) / G2
+        return float(A / G2), float(np.sqrt(max(0.0, slope @ self.covariance[np.ix_(places, places)] @ slope)))
 
     @property
     def has_certain_signs(self) -> bool:
@@ -103,17 +98,22 @@ class Lumped:
         """Whether there is a double pendulum with these numbers."""
         return self.turned == ""
 
+    @property
+    def is_certain(self) -> bool:
+        """Whether there is, and no error of the fit makes it one."""
+        return self.is_mechanism and self.has_certain_signs
 
-def fit_lumped(balance: Windows, trusted: Mask, is_driven: bool = False) -> Lumped:
+
+def fit_lumped(balance: Windows, is_driven: bool = False) -> Lumped:
     """Fit the lumped numbers to the windows of which most agree, whatever the others say.
 
-    Of the windows `trusted` (k,) to show motion, the half that fits worst is left out (least trimmed squares with
-    concentration steps: Rousseeuw and Van Driessen, 2006). The fit begins with that of the short stretch with which
+    Of the windows, which show motion, the half that fits worst is left out (least trimmed squares with concentration
+    steps: Rousseeuw and Van Driessen, 2006). The fit begins with that of the short stretch with which
     most windows of the recording agree, so that a hand cannot draw it to its own motion. At last all windows that are
     no outliers are fitted to. Dry friction that comes out negative is none; a geared rotor is there, and zeros are off,
     where that explains much that nothing else does. `is_driven` says that the torques of motors are an input.
     """
-    balance, motors = balance[trusted], _MOTORS if is_driven else ()
+    motors = _MOTORS if is_driven else ()
     at_least = max(1, min(_FEWEST_STRETCHES, len(balance) // _SHORTEST_STRETCH))
     count = max(at_least, min(_MOST_STRETCHES, len(balance) // _STRETCH))
     stretches = [_Sums.of(balance[part]) for part in np.array_split(np.arange(len(balance)), count)]
@@ -148,13 +148,12 @@ def explained(balance: Windows, columns: Sequence[int]) -> tuple[Array, float]:
     return values, sums.left(values) / max(sums.of_target, np.finfo(float).tiny)
 
 
-def gravity_directions(balance: Windows, trusted: Mask) -> Array:
+def gravity_directions(balance: Windows) -> Array:
     """Return how far gravity's direction is from where each rod's angle takes it to be (2,) [rad], as angles count.
 
-    It is any from -pi to pi: gravity's terms and the coupling are fitted with sine and cosine to the windows `trusted`
-    (k,), twice, the second time without outliers.
+    It is any from -pi to pi: gravity's terms and the coupling are fitted with sine and cosine to windows that show
+    motion, twice, the second time without outliers.
     """
-    balance = balance[trusted]
     values, _ = explained(balance, (*DRIVEN, *_OFFSETS))
     squares = _squares(balance, values)
     values, _ = explained(balance[squares <= _OUTLIER * np.median(squares)], (*DRIVEN, *_OFFSETS))

@@ -52,6 +52,8 @@ class Balance:
     meaning: TrialOptions
     windows: tuple[Windows, ...]
     """Of each motion."""
+    trusted: Windows
+    """Those of all motions that show it well."""
     lumped: Lumped
 
 
@@ -74,8 +76,8 @@ def balance_of(recorded: Recorded, meaning: TrialOptions) -> Balance | None:
     if sum(map(np.count_nonzero, recorded.moving)) < _FEWEST_WINDOWS:
         return None
     parts = [windows(in_model_angles(motion, meaning)) for motion in recorded.motions]
-    lumped = fit_lumped(joined(parts), np.concatenate(recorded.moving), meaning.input == "joints")
-    return Balance(meaning, tuple(parts), lumped)
+    trusted = joined(parts)[np.concatenate(recorded.moving)]
+    return Balance(meaning, tuple(parts), trusted, fit_lumped(trusted, meaning.input == "joints"))
 
 
 def outer_meanings(recorded: Recorded, options: TrialOptions) -> list[Balance]:
@@ -89,7 +91,7 @@ def with_other_zeros(recorded: Recorded, balances: Iterable[Balance]) -> Iterato
     """Yield the balances with the zeros of both angles where, under each meaning, gravity shows them to be."""
     for balance in balances:
         meaning = balance.meaning
-        inner, outer = gravity_directions(joined(balance.windows), np.concatenate(recorded.moving)).tolist()
+        inner, outer = gravity_directions(balance.trusted).tolist()
         outer -= inner * (meaning.outer_angle == "relative")
         offsets = np.array([meaning.inner_offset + inner, meaning.outer_offset + outer])
         offsets = np.angle(np.exp(1j * offsets))

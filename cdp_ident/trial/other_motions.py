@@ -15,7 +15,7 @@ import numpy as np
 
 from cdp_ident.arrays import Array, Mask
 from cdp_ident.model.effects.effect import JOINTS, Joint
-from cdp_ident.trial.balance import Windows, joined, largest_gravity
+from cdp_ident.trial.balance import Windows, largest_gravity
 from cdp_ident.trial.lumped import DRIVEN, FREE, Lumped, explained
 from cdp_ident.trial.meaning import GOOD, MUCH_BETTER, Balance, Recorded, balance_of, in_model_angles
 from cdp_ident.trial.options import TrialOptions
@@ -127,13 +127,12 @@ def driven(recorded: Recorded, options: TrialOptions) -> tuple[list[Mask], list[
     balance = balance_of(recorded, replace(options, input="none")) if torques else None
     if balance is None:
         return nowhere, []
-    windows = joined(balance.windows)[np.concatenate(recorded.moving)]
-    (_, without), (values, left) = (explained(windows, columns) for columns in (FREE, DRIVEN))
+    (_, without), (values, left) = (explained(balance.trusted, columns) for columns in (FREE, DRIVEN))
     if without <= GOOD**2 or left > _DRIVES * without:
         return nowhere, []
     shares = [np.abs(torque * values[-2:]) / largest_gravity(values) for torque in torques]
     where = [np.asarray(np.any(share > options.hand_torque, axis=1)) for share in shares]
-    return where, _reversed(windows, np.array([options.inner_sign, options.outer_sign]))
+    return where, _reversed(balance.trusted, np.array([options.inner_sign, options.outer_sign]))
 
 
 def _reversed(windows: Windows, signs: Array) -> list[Joint]:
