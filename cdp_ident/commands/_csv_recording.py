@@ -15,10 +15,9 @@ from cdp_ident.commands._csv_arguments import ANGLE_UNITS, LENGTH_UNITS, MEANING
 from cdp_ident.commands._csv_time import stamps_of, times
 from cdp_ident.errors import BagError, OptionError
 from cdp_ident.trial.film import rods_on_film
-from cdp_ident.trial.gravity import in_right_ranges
+from cdp_ident.trial.gravity import found_units, in_right_ranges
 from cdp_ident.trial.joints import Samples, in_angles, select_joints
 from cdp_ident.trial.options import UNITS, TrialOptions, Unit
-from cdp_ident.trial.units import found_units
 
 _FEWEST_DEGREES, _MOST_RADIANS = 7.0, 20.0
 """Angles that state no unit are radians if they vary by less, and degrees by more if the motion does not tell."""

@@ -31,10 +31,8 @@ _LEAST_GRAVITY = 0.1
 class Windows(Rows):
     """The balance of forces in windows of a motion."""
 
-    coefficients: Array
-    """(k, 2, 14) of the lumped numbers, in the order of `COLUMNS`."""
-    target: Array
-    """(k, 2) right-hand side [rad/s^2]."""
+    terms: Array
+    """(k, 2, 15) what A22, which is one, and the lumped numbers are multiplied by, in the order of `COLUMNS`."""
     slack: Array
     """(k, 2) uncertainty of the direction of each joint's dry friction where the joint is slow: 0 to 1."""
     noise: Array
@@ -42,7 +40,7 @@ class Windows(Rows):
 
     def __len__(self) -> int:
         """Return how many there are."""
-        return len(self.target)
+        return len(self.terms)
 
 
 def joined(parts: Sequence[Windows]) -> Windows:
@@ -76,12 +74,12 @@ def motion_on_grid(
 def windows(motion: Motion) -> Windows:
     """Return the balance of each window of WINDOW grid points that fits into a motion given in theta1 and theta2."""
     balance, slack = integrated(motion, NOMINAL["g"], weak_form.COLUMNS)
-    return Windows(balance[..., 1:], -balance[..., 0], slack, np.tile(motion.noise, (len(balance), 1)))
+    return Windows(balance, slack, np.tile(motion.noise, (len(balance), 1)))
 
 
 def residual(balance: Windows, values: Array) -> Array:
     """Return what the lumped numbers leave unexplained in each window (k, 2) [rad/s^2]."""
-    return np.asarray((balance.coefficients.reshape(-1, len(COLUMNS)) @ values).reshape(-1, 2) - balance.target)
+    return np.asarray(balance.terms @ [1.0, *values])
 
 
 def torques(balance: Windows, values: Array) -> Array:

@@ -59,12 +59,9 @@ def check_conventions(recorded: Recorded, options: TrialOptions) -> tuple[Balanc
     fits = outer_meanings(recorded, options)
     best = best_of(fit for fit in fits if fit.meaning != options) or given
     contradiction = _contradiction(recorded, given, best)
-    looks = ""
-    if not (contradiction or may_be_rods(given.lumped)):
-        looks = uncoupled(recorded.motions, fits) or weightless(recorded, given)
-    if looks:
-        contradiction = f"this is no double pendulum: {looks}"
-    contradiction = contradiction or _impossible(given)
+    is_known = contradiction or may_be_rods(given.lumped)
+    looks = "" if is_known else uncoupled(recorded.motions, fits) or weightless(recorded, given)
+    contradiction = f"this is no double pendulum: {looks}" if looks else contradiction or _impossible(given)
     if contradiction and options.conventions == "refuse":
         is_other = looks or given.lumped.unexplained > EVIDENT
         raise (OtherMotionError if is_other else TrialError)(f"{contradiction}; {options.insist}")

@@ -11,6 +11,7 @@ from cdp_ident.arrays import Mask
 from cdp_ident.errors import NoFreeMotionError, TrialError
 from cdp_ident.model.effects.effect import Joint
 from cdp_ident.trial.conventions import check_conventions
+from cdp_ident.trial.gravity import smaller_units_found
 from cdp_ident.trial.joints import Samples, model_angles
 from cdp_ident.trial.meaning import Balance, Recorded
 from cdp_ident.trial.options import Input, TrialOptions
@@ -18,7 +19,6 @@ from cdp_ident.trial.other_motions import driven
 from cdp_ident.trial.outliers import outlier_words
 from cdp_ident.trial.recorded_motion import recorded_motion
 from cdp_ident.trial.trial import Trial, joined
-from cdp_ident.trial.units import smaller_units_found
 from cdp_ident.trial.weak_form import WINDOW, Motion
 from cdp_ident.trial.zero_input import Part, at_rest, cart_driven, choose_parts, covering, find_parts, moving_windows
 

@@ -47,6 +47,17 @@ class Samples(Rows):
         return np.column_stack([np.unwrap(angle, period=turn) for angle, turn in joints])
 
 
+@dataclass(frozen=True)
+class Piece(Rows):
+    """Samples at known times, in the end a stretch without a gap in which full turns could be lost."""
+
+    samples: Samples
+    """As recorded, at strictly increasing stamps, except where the clock was set back; angles of a stretch are
+    continuous."""
+    time: Array
+    """(n,) since the recording's first sample [s]; where the clock was set back, it stands still for one sample."""
+
+
 def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Samples, list[str]]:
     """Pick the joints that the options name, at common times and in the order of time.
 

@@ -11,8 +11,7 @@ import numpy as np
 
 from cdp_ident.arrays import Mask
 from cdp_ident.trial.balance import Windows, joined, windows
-from cdp_ident.trial.cleaning import Piece
-from cdp_ident.trial.joints import model_angles
+from cdp_ident.trial.joints import Piece, model_angles
 from cdp_ident.trial.lumped import Lumped, fit_lumped, gravity_directions
 from cdp_ident.trial.options import OuterAngle, TrialOptions
 from cdp_ident.trial.weak_form import Motion

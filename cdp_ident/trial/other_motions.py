@@ -145,12 +145,11 @@ def _reversed(windows: Windows, signs: Array) -> list[Joint]:
         windows: the balance of forces.
         signs: (2,) of the angles, over those of the torques as they are taken.
     """
-    motors = list(DRIVEN[-2:])
 
     def left(meant: Array) -> float:
-        together = windows.coefficients.copy()
-        together[..., motors[0]] = together[..., motors] @ meant
-        return explained(replace(windows, coefficients=together), DRIVEN[:-1])[1]
+        together = windows.terms.copy()
+        together[..., -2] = together[..., -2:] @ meant
+        return explained(replace(windows, terms=together), DRIVEN[:-1])[1]
 
     flips = [np.array(flip) for flip in itertools.product((1, -1), repeat=2)]
     best = min(flips, key=lambda flip: left(flip * signs))

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from cdp_ident.trial.cleaning import clean, cut_at_gaps
 from cdp_ident.trial.joints import Samples
+from cdp_ident.trial.recorded_motion import clean, cut_at_gaps
 
 MS = 1_000_000
 ORIGIN = 10**18
