@@ -66,7 +66,7 @@ def recording_of(table: Table, options: argparse.Namespace) -> Recording:
         place = known[CART] if options.cart is None else table.place(options.cart)
         counts = {"counts": 1.0 / options.counts_per_metre} if options.counts_per_metre else {}
         factors = LENGTH_UNITS | counts
-        unit = unit_in(factors, options.cart_unit or table.unit(place) or "m", table.path, "cart")
+        unit = unit_in(factors, options.cart_unit or table.titles[place].unit or "m", table.path, "cart")
         cart = factors[unit] * table.column(place)
         columns.append(f"cart from {table.name(place)} in {unit}")
         used = used | {place}
@@ -145,7 +145,7 @@ def _from_points(
     for name in MEANINGS:
         if getattr(options, name) is not None:
             raise OptionError(f"{TypedOptions().called(name)} does not go with points: what their angles mean is known")
-    unit = options.points_unit or next((table.unit(place) for place in points if table.unit(place)), "px")
+    unit = options.points_unit or next((table.titles[place].unit for place in points if table.titles[place].unit), "px")
     unit_in(("px", *LENGTH_UNITS), unit, table.path, "points")
     y_down = (options.y_axis or ("down" if unit == "px" else "up")) == "down"
     positions = np.stack([table.column(place) for place in points], axis=1)
@@ -172,8 +172,7 @@ def _from_points(
 
 def _next_place(table: Table, used: set[int]) -> int:
     """Return the first column that is not used and may be an angle."""
-    possible = may_be_angles(table.titles) if table.titles else range(table.values.shape[1])
-    left = [place for place in possible if place not in used and place not in table.no_numbers]
+    left = [place for place in may_be_angles(table.titles) if place not in used and place not in table.no_numbers]
     if not left:
         raise BagError(
             f"{table.path}: two angles of rods are needed besides the time, and its titles tell fewer, as those of one "
@@ -214,7 +213,7 @@ def _angle_factors(table: Table, places: list[int], options: argparse.Namespace)
     if options.angle_unit == "counts":
         counts = options.counts_per_turn
         return 2 * np.pi / np.array([counts[0], counts[-1]]), "counts"
-    units = [options.angle_unit or table.unit(place) for place in places]
+    units = [options.angle_unit or table.titles[place].unit for place in places]
     stated = [unit if unit in ANGLE_UNITS else other for unit, other in zip(units, units[::-1], strict=True)]
     if set(stated) <= set(ANGLE_UNITS):
         return np.array([UNITS[ANGLE_UNITS[unit]] for unit in stated]), " and ".join(dict.fromkeys(stated))

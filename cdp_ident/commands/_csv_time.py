@@ -60,7 +60,7 @@ def times(table: Table, options: argparse.Namespace, known: dict[str, int]) -> t
             f"{table.path}: {table.name(place)} does not increase as times do: name their column by --time, or give "
             "--rate if there is none"
         )
-    unit, how = options.time_unit or table.unit(place), ""
+    unit, how = options.time_unit or table.titles[place].unit, ""
     if not unit:
         unit, how = _time_unit(table, steps, place)
     unit_in(TIME_UNITS, unit, table.path, "time")

@@ -9,6 +9,7 @@ not change the residual but the signs: gravity would act upwards, or the rods' c
 
 from collections.abc import Iterator, Mapping
 from dataclasses import fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -32,6 +33,12 @@ from cdp_ident.trial.other_motions import may_be_rods, still_joint, too_far, unc
 _LOOKED_AT = 0.005
 """Unexplained share from which it is looked whether readings are two or four times the angles."""
 _OPPOSITE: Mapping[Zero, Zero] = {"upright": "hanging", "hanging": "upright"}
+_WRONG = {
+    "inner_joint": "the joints are exchanged",
+    "cart_joint": "the cart's readings are no metres",
+    **dict.fromkeys(("inner_offset", "outer_offset"), "the joints' zeros are elsewhere"),
+}
+"""What is wrong where an option must be another one."""
 _CLEAR = 0.01
 """Least coupling, and least ratio of the rods' gravity terms, that are more than an error of the fit."""
 
@@ -160,13 +167,18 @@ def _doubts(given: Balance, best: Balance) -> list[str]:
     return warnings
 
 
+def _changed(options: TrialOptions, meaning: TrialOptions) -> dict[str, Any]:
+    """Return the values of another meaning by the options that would have to be set for it."""
+    names = [field.name for field in fields(options)]
+    return {name: value for name in names if (value := getattr(meaning, name)) != getattr(options, name)}
+
+
 def _changes(options: TrialOptions, other: Balance) -> str:
     """Return which options would have to be set to what, for another meaning of the angles."""
     meaning, turned = other.meaning, other.lumped.turned
     if turned == "both":
         meaning = replace(meaning, zero=_OPPOSITE[meaning.zero])
-    names = [field.name for field in fields(options)]
-    values = {name: value for name in names if (value := getattr(meaning, name)) != getattr(options, name)}
+    values = _changed(options, meaning)
     shown = {name: f"{value:.4g}" if isinstance(value, float) else value for name, value in values.items()}
     settings = [options.setting(name, value or "''") for name, value in shown.items()]
     if turned in ("inner", "outer"):
@@ -185,17 +197,12 @@ def instead(wrong: str, options: TrialOptions, other: Balance, given: Balance | 
 
 def _other_words(options: TrialOptions, other: TrialOptions) -> str:
     """Say what is wrong: which joint is which, the zeros, or the factor by which readings are larger than angles."""
-    if options.inner_joint != other.inner_joint:
-        return "the joints are exchanged"
-    if options.cart_joint != other.cart_joint:
-        return "the cart's readings are no metres"
-    if (options.inner_offset, options.outer_offset) != (other.inner_offset, other.outer_offset):
-        return "the joints' zeros are elsewhere"
-    factors = {
-        joint: f"{factor:.4g}"
-        for joint in ("inner", "outer")
-        if (factor := getattr(other, f"{joint}_scale")) != getattr(options, f"{joint}_scale")
-    }
-    whose = "the readings of both joints are" if len(factors) > 1 else f"the {''.join(factors)} joint's readings are"
+    changed = _changed(options, other)
+    for name, what in _WRONG.items():
+        if name in changed:
+            return what
+    factors = {name: f"{factor:.4g}" for name, factor in changed.items() if name.endswith("_scale")}
+    joints = "".join(name.removesuffix("_scale") for name in factors)
+    whose = "the readings of both joints are" if len(factors) > 1 else f"the {joints} joint's readings are"
     turns = " (turns?)" if set(factors.values()) == {f"{TURNS:.4g}"} else ""
     return f"{whose} {' and '.join(dict.fromkeys(factors.values()))} times the angle{turns}"

@@ -75,8 +75,7 @@ def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Sam
     recording = recording[~again]
     columns = [recording.joints.index(joint) for joint in wanted]
     order, notes = in_order(recording.stamps, np.isfinite(recording.positions[:, columns]))
-    if np.any(again):
-        notes.append(f"{np.count_nonzero(again)} samples that are recorded twice count once")
+    notes += [f"{np.count_nonzero(again)} samples that are recorded twice count once"] if np.any(again) else []
     stamps, positions = recording.stamps[order], recording.positions[order]
     time = elapsed(stamps)
     readings = positions[:, columns]
@@ -191,18 +190,14 @@ def in_radians(readings: Array, options: TrialOptions) -> Array:
 
 def model_angles(angles: Array, options: TrialOptions) -> Array:
     """Return theta1, theta2 (n, 2) [rad] of the continuous angles of the inner and outer joint (n, 2) [rad]."""
+    scales = np.array([options.inner_scale, options.outer_scale])
     offset = np.pi if options.zero == "hanging" else 0.0
     right_at = np.pi if options.scale_from == "hanging" else offset
-
-    def absolute(joint: Array, sign: int, scale: float) -> Array:
-        reading = sign * joint + offset
-        return np.asarray(reading + (1.0 / scale - 1.0) * (reading - right_at))
-
-    theta1 = absolute(angles[:, 0], options.inner_sign, options.inner_scale) + options.inner_offset
-    theta2 = theta1 + options.outer_sign * angles[:, 1] / options.outer_scale
-    if options.outer_angle == "absolute":
-        theta2 = absolute(angles[:, 1], options.outer_sign, options.outer_scale)
-    return np.column_stack([theta1, theta2 + options.outer_offset])
+    theta1, turned = (angles * [options.inner_sign, options.outer_sign] / scales).T
+    from_inner, from_outer = right_at + (offset - right_at) / scales
+    theta1 = theta1 + from_inner + options.inner_offset
+    theta2 = turned + (theta1 if options.outer_angle == "relative" else from_outer) + options.outer_offset
+    return np.column_stack([theta1, theta2])
 
 
 def _usable(values: Array) -> Mask:
