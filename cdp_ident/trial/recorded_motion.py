@@ -45,10 +45,12 @@ def recorded_motion(samples: Samples, options: TrialOptions) -> Recorded:
     longest_gap, shortest = options.longest_gap or scales.longest_gap, options.shortest or scales.shortest
     pieces, gaps = cut_at_gaps(cleaned, outlying, longest_gap)
     notes += gaps
-    durations = [float(np.ptp(piece.time)) for piece in pieces]
-    enough = [max(6.0, _FEWEST_SAMPLES * duration / scales.unit) for duration in durations]
-    lengths = zip(pieces, durations, enough, strict=True)
-    pieces = [piece for piece, lasts, least in lengths if lasts >= shortest and len(piece.time) >= least]
+    pieces = [
+        piece
+        for piece in pieces
+        if (lasts := np.ptp(piece.time)) >= shortest
+        and len(piece.time) >= max(6.0, _FEWEST_SAMPLES * lasts / scales.unit)
+    ]
     if not pieces:
         length = time[-1] - time[0]
         rules = f"at least {_FEWEST_SAMPLES / scales.unit:.0f} samples a second and no gap over {longest_gap:.3g} s"
