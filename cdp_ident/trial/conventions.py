@@ -14,15 +14,16 @@ from typing import Any
 import numpy as np
 
 from cdp_ident.errors import OtherMotionError, TrialError
-from cdp_ident.trial.encoder_scale import TURNS, best_scale
 from cdp_ident.trial.meaning import (
     EVIDENT,
     GOOD,
     MUCH_BETTER,
+    TURNS,
     Balance,
     Recorded,
     balance_of,
     best_of,
+    best_scale,
     exchanged,
     outer_meanings,
     with_other_zeros,
@@ -107,10 +108,7 @@ def _others(recorded: Recorded, options: TrialOptions, least: float) -> Iterator
         turned = replace(options, inner_joint=options.outer_joint, outer_joint=options.inner_joint)
         yield best_of(other for other in outer_meanings(exchanged(recorded), turned) if may_be_rods(other.lumped))
     if least > GOOD and options.all_settable and any(np.any(motion.cart) for motion in recorded.motions):
-        still = [
-            replace(motion, cart=0.0 * motion.cart, cart_velocity=0.0 * motion.cart) for motion in recorded.motions
-        ]
-        free = balance_of(replace(recorded, motions=tuple(still)), replace(options, cart_joint=""))
+        free = balance_of(recorded, replace(options, cart_joint=""))
         yield free if free and may_be_rods(free.lumped) else None
 
 
