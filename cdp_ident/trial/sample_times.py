@@ -146,7 +146,7 @@ def evened(time: Array, angles: Array, parts: Indices) -> tuple[Array, list[str]
         angles: (n, k) measured then [rad].
         parts: where the clock was set back: the first sample after each such place.
     """
-    times, longest, step, wait, lost = time.copy(), 0, 0.0, 0.0, 0
+    times, made = time.copy(), []
     for part in np.split(np.arange(len(time)), parts):
         for stretch, between in _bursts(part, time[part]):
             continuous = np.asarray(np.unwrap(angles[stretch], axis=0))
@@ -156,14 +156,13 @@ def evened(time: Array, angles: Array, parts: Indices) -> tuple[Array, list[str]
             evens = [_even(index, time[stretch], between) for index in counts]
             tried = [_rougher(even, time[stretch], continuous, between) for even in evens]
             is_whole = tried[1][0] < _MISCOUNTED * tried[0][0]
-            index, even, (rough, most) = counts[is_whole], evens[is_whole], tried[is_whole]
+            last, even, (rough, most) = int(counts[is_whole][-1]), evens[is_whole], tried[is_whole]
             if even is not None and rough < most:
                 times[stretch] = even
-                lost += int(index[-1]) + 1 - len(index)
-                if len(stretch) > longest:
-                    longest, wait, step = len(stretch), between, float(np.ptp(even) / index[-1])
-    if not longest:
+                made.append((len(stretch), between, float(np.ptp(even)) / last, last + 1 - len(stretch)))
+    if not made:
         return time, []
+    (_, wait, step, _), lost = max(made), sum(lacking for *_, lacking in made)
     came = f"samples came in bursts of about {wait / step:.2g} every {1e3 * wait:.3g} ms (a latency timer, a buffer?)"
     if wait < _FEW * step:
         came = "the times of samples jitter"
