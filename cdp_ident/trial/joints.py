@@ -101,20 +101,14 @@ def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Sam
             f"{len(known)} lack one"
         )
     check_publishers(angles, recording.topic)
-    cart = None
+    cart: Array | None = None
     if options.cart_joint in recording.joints:
+        # A cart published in messages of its own is taken at the times of the rods' samples.
         position = positions[:, recording.joints.index(options.cart_joint)]
-        has = _usable(position)
-        if np.any(has):
-            # A cart published in messages of its own is taken at the times of the rods' samples.
-            times, first = np.unique(time[has], return_index=True)
-            position = position[has][first]
-            outlying = outliers(times, position)
-            if np.any(outlying):
-                notes.append(
-                    f"of the cart's position {outlier_words(times[outlying].tolist(), np.count_nonzero(~outlying))}"
-                )
-            cart = np.interp(time[rows], times[~outlying], position[~outlying])
+        times, position, outlying = _measured(time, position, _usable(position))
+        if len(outlying):
+            notes.append(f"of the cart's position {outlier_words(outlying.tolist(), len(times))}")
+        cart = np.interp(time[rows], times, position) if len(times) else None
     elif options.cart_joint:
         notes.append(f"there is no joint {options.cart_joint}: the cart is taken to be at rest")
     torques: Array = np.zeros((len(rows), 2))
@@ -145,17 +139,23 @@ def _at_common_times(time: Array, readings: Array, known: Mask, turns: Array) ->
         return both, readings[both], ""
     slow = int(np.argmin(counts))
     rows = np.flatnonzero(known[:, slow])
-    of_other = np.flatnonzero(known[:, 1 - slow])
-    times, first = np.unique(time[of_other], return_index=True)
-    values = np.asarray(np.unwrap(readings[of_other[first], 1 - slow], period=turns[1 - slow]))
-    good = ~outliers(times, values, turns[1 - slow])
-    there, between = _between(times[good], values[good], time[rows])
+    times, values, _ = _measured(time, readings[:, 1 - slow], known[:, 1 - slow], turns[1 - slow])
+    there, between = _between(times, values, time[rows])
     found = readings[rows[there]]
     found[:, 1 - slow] = between[there]
     joint = ("inner", "outer")[1 - slow]
     apart = f"joints are measured at times of their own: the {joint} one is taken at the times of the other"
     lost = np.count_nonzero(~there)
     return rows[there], found, f"{apart}; {lost} samples without it nearby are dropped" if lost else apart
+
+
+def _measured(time: Array, values: Array, known: Mask, turn: float | None = None) -> tuple[Array, Array, Array]:
+    """Return times (m,), each once, and the known ones of values (n,) then without outliers, and the times of these."""
+    times, first = np.unique(time[known], return_index=True)
+    values = values[known][first]
+    values = np.asarray(np.unwrap(values, period=turn)) if turn else values
+    outlying = outliers(times, values, turn)
+    return times[~outlying], values[~outlying], times[outlying]
 
 
 def _between(times: Array, values: Array, at: Array) -> tuple[Mask, Array]:
