@@ -54,7 +54,7 @@ class Table:
 
     path: Path
     titles: tuple[Title, ...]
-    """Of each column; empty where the file has none."""
+    """Of each column, without words where the file has none."""
     values: Array
     """(n, columns); NaN where a cell is empty or no number."""
     format: str
@@ -74,16 +74,11 @@ class Table:
     def joint(self, place: int) -> str:
         """Return what a joint is called whose angle stands in a column, and the column by its user."""
         texts = [title.text for title in self.titles]
-        return texts[place] if texts and texts[place] and texts.count(texts[place]) == 1 else str(place)
-
-    def unit(self, place: int) -> str:
-        """Return the unit that a column's title states; empty where there is none."""
-        return self.titles[place].unit if self.titles else ""
+        return texts[place] if texts[place] and texts.count(texts[place]) == 1 else str(place)
 
     def name(self, place: int) -> str:
         """Return what a column is called, for people."""
-        title = self.titles[place].text if self.titles else ""
-        return f"column {title!r}" if title else f"column {place}"
+        return f"column {self.titles[place].text!r}" if self.titles[place].text else f"column {place}"
 
     def place(self, column: str) -> int:
         """Return the number of a column that is named by its title, with or without unit, or by its number from 0.
@@ -93,16 +88,15 @@ class Table:
         for names in ([title.text for title in self.titles], [title.name for title in self.titles]):
             if names.count(column) == 1:
                 return names.index(column)
-        width = self.values.shape[1]
-        if column in (places := [str(place) for place in range(width)]):
+        if column in (places := [str(place) for place in range(len(self.titles))]):
             return places.index(column)
         raise BagError(f"{self.path} has no column {column!r}: its columns are {self.columns} (numbers count from 0)")
 
     @property
     def columns(self) -> str:
         """Which columns there are, for people."""
-        titles = shown(", ".join(title.text for title in self.titles))
-        return titles or f"{self.values.shape[1]} without titles"
+        texts = [title.text for title in self.titles]
+        return shown(", ".join(texts)) if any(texts) else f"{len(texts)} without titles"
 
 
 def read_table(path: Path, delimiter: str | None = None, decimal: str | None = None) -> Table:
@@ -150,13 +144,14 @@ def read_table(path: Path, delimiter: str | None = None, decimal: str | None = N
         raise _no_numbers_in(path, before)
     table = np.frombuffer(values).reshape(-1, form.width)
     titles, where = _titles(before, form.delimiter, units)
-    titles = titles or titles_of_echo(table[:1000], no_numbers)
+    titles = titles if where else titles_of_echo(table[:1000], no_numbers) or titles
     if keys and len(keys) + 1 == form.width:
         titles = tuple(map(Title.of, ("", *keys)))
+    named = "joints by their names" if any(title.text for title in titles) else "no titles"
     written = (
         f"{len(table)} rows of {form.width} columns parted by {DELIMITERS.get(form.delimiter, repr(form.delimiter))}, "
         f"decimal {'commas' if form.decimal == ',' else 'points'}, "
-        f"{f'titles in line {where}' if where else 'joints by their names' if titles else 'no titles'}"
+        f"{f'titles in line {where}' if where else named}"
     )
     notes = []
     if stray:
@@ -203,7 +198,7 @@ def _no_numbers_in(path: Path, rows: Sequence[Line]) -> BagError:
 
 
 def _titles(before: Sequence[Line], delimiter: str, units: list[str]) -> tuple[tuple[Title, ...], int]:
-    """Return the titles that stand before the numbers, nearest to them, and in which line.
+    """Return the titles that stand before the numbers, nearest to them, and in which line; without words if in none.
 
     Titles that stand there twice, as x and y of several points, belong to what stands above them.
 
@@ -226,7 +221,7 @@ def _titles(before: Sequence[Line], delimiter: str, units: list[str]) -> tuple[t
             cells = [f"{group} {cell}".strip() for group, cell in zip(groups, cells, strict=True)]
         titles = (Title.of(cell, unit) for cell, unit in zip(cells, units, strict=True))
         return tuple(titles), number
-    return ((), 0) if not any(units) else (tuple(Title("", "", unit) for unit in units), 0)
+    return tuple(Title.of("", unit) for unit in units), 0
 
 
 def _title_cells(line: str, delimiter: str, width: int) -> list[str] | None:

@@ -127,7 +127,7 @@ def roles(titles: Sequence[Title]) -> dict[str, int]:
 def time_before(titles: Sequence[Title], place: int) -> int | None:
     """Return the last column of times before one, as tables have that are put together; None where there is none."""
     is_time = re.compile("|".join(_NAMES[TIME].split())).fullmatch
-    return next((before for before in range(place - 1, -1, -1) if titles and is_time(titles[before].key)), None)
+    return next((before for before in range(place - 1, -1, -1) if is_time(titles[before].key)), None)
 
 
 def torques(titles: Sequence[Title]) -> list[tuple[int | None, int | None]]:

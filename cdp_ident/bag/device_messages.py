@@ -4,29 +4,20 @@
 
 import struct
 from array import array
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 import numpy as np
 
-from cdp_ident.arrays import Mask, Rows, Times
+from cdp_ident.arrays import Mask, Times
 from cdp_ident.bag import diagnostics, time_reference
 from cdp_ident.bag.diagnostics import ClockRate, read_statuses
+from cdp_ident.bag.joint_recording import JointRecording
 from cdp_ident.bag.limits import plain_message
 from cdp_ident.bag.time_reference import parse_time_reference
 
 _LEAST_SHARE = 0.9
 """A device's time that fewer of the samples have is not used."""
-
-
-@dataclass(frozen=True)
-class DeviceTime(Rows):
-    """The device's own time of the samples of a recording."""
-
-    times: Times
-    """(n,) of each sample [ns]; it begins anew in the middle where the device was reset."""
-    rate: ClockRate | None = None
-    """How fast its clock runs, as its driver says last."""
 
 
 @dataclass
@@ -68,15 +59,18 @@ class DeviceMessages:
             return
         self._rates |= {status.hardware_id: rate for status in read_statuses(raw) if (rate := status.clock_rate)}
 
-    def device_time(self, stamps: Times) -> tuple[DeviceTime, Mask] | None:
-        """Return the device's time of the samples with these stamps (n,) that have one, and which have one.
+    def added_to(self, recording: JointRecording) -> JointRecording:
+        """Return a recording with the device's time of its samples, by whichever topic has nine in ten of their stamps.
 
-        It is that of whichever topic has these stamps; None where none has nine in ten of them.
+        The few samples that lack it are dropped, and counted in a note.
         """
-        if not len(stamps):
-            return None
-        for references in self._topics.values():
-            times, known = references.at(stamps)
+        for references in self._topics.values() if len(recording.stamps) else ():
+            times, known = references.at(recording.stamps)
             if np.mean(known) >= _LEAST_SHARE:
-                return DeviceTime(times[known], self._rates.get(references.source)), known
-        return None
+                lacking = np.count_nonzero(~known)
+                notes = [f"{lacking} samples without the device's own time are dropped"] if lacking else []
+                rate = self._rates.get(references.source)
+                return replace(
+                    recording[known], notes=(*recording.notes, *notes), device=times[known], device_rate=rate
+                )
+        return recording

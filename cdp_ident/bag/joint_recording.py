@@ -7,13 +7,13 @@ from __future__ import annotations
 import struct
 from array import array
 from collections import Counter
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from cdp_ident.arrays import Array, Rows, Times
-from cdp_ident.bag.device_messages import DeviceMessages, DeviceTime
+from cdp_ident.bag.diagnostics import ClockRate
 from cdp_ident.bag.joint_state import HEAD_OFFSET, NANOSECONDS, STAMP_OFFSET, Layout, parse_layout
 from cdp_ident.bag.limits import plain_message
 from cdp_ident.errors import BagError
@@ -47,8 +47,10 @@ class JointRecording(Rows):
     """(n, joints) positions as recorded [rad or m]; NaN where a message does not name the joint."""
     notes: tuple[str, ...]
     """What was dropped or noticed while reading, in words, with numbers."""
-    device: DeviceTime | None = None
-    """The device's own time of the samples, where the bag has it."""
+    device: Times | None = None
+    """(n,) the device's own time [ns], where the bag has it; it begins anew where the device was reset."""
+    device_rate: ClockRate | None = None
+    """How fast its clock runs, as its driver says last."""
     efforts: Array | None = None
     """(n, joints) efforts as recorded [N m or N], NaN where a message has none; None where no message has any."""
     receipts: Times | None = None
@@ -166,16 +168,4 @@ class JointStates:
                 efforts[np.ix_(group.with_efforts, columns)] = group.numbers(group.efforts)
         if self.dropped:
             notes = [*notes, f"of {topic} {self.dropped}"]
-        return JointRecording(name, topic, joints, stamps, positions, tuple(notes), None, efforts, receipts)
-
-
-def with_device(recording: JointRecording, devices: DeviceMessages) -> JointRecording:
-    """Add the device's time to a recording; the few samples that lack it are dropped, and counted in a note."""
-    found = devices.device_time(recording.stamps)
-    if found is None:
-        return recording
-    device, known = found
-    notes = recording.notes
-    if not np.all(known):
-        notes = (*notes, f"{np.count_nonzero(~known)} samples without the device's own time are dropped")
-    return replace(recording[known], notes=notes, device=device)
+        return JointRecording(name, topic, joints, stamps, positions, tuple(notes), efforts=efforts, receipts=receipts)

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Limits on decompressing a bag: a few kilobytes can claim, or be compressed from, any amount of data."""
 
+from io import BytesIO
 from pathlib import Path
 
 import lz4.frame
@@ -51,21 +52,18 @@ def decompressed(data: bytes, compression: str, most: int) -> bytes:
 
     Raises ValueError where that is more than `most` bytes, or where the data are damaged.
     """
-    if compression not in ("zstd", "lz4"):
-        raise ValueError(f"the compression {compression[:20]!r} is not known")
-    result = bytearray()
+    result, packed = bytearray(), BytesIO(data)
     try:
         if compression == "lz4":
-            reader = lz4.frame.LZ4FrameDecompressor()
-            block = reader.decompress(data, max_length=_BLOCK)
-            while block and len(result) <= most:
-                result += block
-                block = b"" if reader.eof else reader.decompress(b"", max_length=_BLOCK)
+            stream = lz4.frame.open(packed)
+        elif compression == "zstd":
+            stream = zstandard.ZstdDecompressor(max_window_size=LARGEST_WINDOW).stream_reader(packed)
         else:
-            with zstandard.ZstdDecompressor(max_window_size=LARGEST_WINDOW).stream_reader(data) as stream:
-                while len(result) <= most and (block := stream.read(_BLOCK)):
-                    result += block
-    except (zstandard.ZstdError, RuntimeError, MemoryError) as error:
+            raise ValueError(f"the compression {compression[:20]!r} is not known")
+        with stream:
+            while len(result) <= most and (block := stream.read(_BLOCK)):
+                result += block
+    except (zstandard.ZstdError, EOFError, RuntimeError, MemoryError) as error:
         raise ValueError(f"damaged {compression} data: {error}") from error
     if len(result) > most:
         raise ValueError(f"more than {most} bytes are compressed")

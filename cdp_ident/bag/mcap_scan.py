@@ -55,8 +55,8 @@ class McapScan:
     to none: damage has taken it from one beside as many that have it.
     """
 
-    def __init__(self, path: Path, budget: Budget | None = None) -> None:
-        """`budget` is what reading it may cost; that of a bag of this file alone if it is not given."""
+    def __init__(self, path: Path, budget: Budget) -> None:
+        """`budget` is what reading it may cost."""
         self.path = path
         self.topics: dict[int, Topic] = {}
         """Of the data, by the number of the channel."""
@@ -88,7 +88,6 @@ class McapScan:
         try:
             with open_regular(self.path) as stream:
                 self.size = os.fstat(stream.fileno()).st_size
-                self._budget = self._budget or Budget(self.path, self.size)
                 if stream.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
                     what = "is empty" if self.size == 0 else "is not an MCAP file"
                     raise BagError(f"{self.path} {what}: expected a rosbag2 recording")
@@ -112,7 +111,6 @@ class McapScan:
 
     def _records(self, stream: IO[bytes], wanted: tuple[Opcode, ...]) -> Iterator[tuple[int, bytes]]:
         """Yield kind and content of the complete records of some kinds; the others are passed over unread."""
-        assert self._budget is not None
         self._ended = False
         end = stream.tell()
         while len(head := stream.read(_RECORD_HEAD.size)) == _RECORD_HEAD.size:
@@ -138,7 +136,6 @@ class McapScan:
         self.lost_bytes = 0 if self._ended else self.size - end
 
     def _chunk(self, record: bytes) -> Iterator[tuple[Topic, int, bytes]]:
-        assert self._budget is not None
         try:
             chunk = Chunk.read(ReadDataStream(BytesIO(record)))
             if chunk.uncompressed_crc == 0 and self._checksums >= 0:

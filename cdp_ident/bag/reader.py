@@ -16,7 +16,7 @@ from typing import Any
 import zstandard
 
 from cdp_ident.bag.device_messages import DeviceMessages
-from cdp_ident.bag.joint_recording import JointRecording, JointStates, with_device
+from cdp_ident.bag.joint_recording import JointRecording, JointStates
 from cdp_ident.bag.joint_state import MESSAGE_TYPE
 from cdp_ident.bag.limits import LARGEST_WINDOW, Budget
 from cdp_ident.bag.mcap_scan import McapScan
@@ -79,7 +79,7 @@ def _read(bag: Path, asked: str) -> JointRecording:
     here, there = sum(contents.counts[name] for name in topics), _stated_count(stated, topics)
     notes += [f"{there - here} of the {there} messages that {METADATA_FILE} counts are missing"] if here < there else []
     notes += [f"joint states on {shown(', '.join(others))} are not read"] if others else []
-    return with_device(joints.recording(bag_name(bag), topic, notes), contents.devices)
+    return contents.devices.added_to(joints.recording(bag_name(bag), topic, notes))
 
 
 def is_storage_file(name: str) -> bool:

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from mcap.writer import MCAP0_MAGIC
 
+from cdp_ident.bag.limits import Budget
 from cdp_ident.bag.mcap_scan import McapScan
 from cdp_ident.bag.metadata import METADATA_FILE, read_offered
 from cdp_ident.bag.writer import BagWriter
@@ -84,7 +85,7 @@ def complete_bag(folder: Path) -> Salvaged | None:
 
 def _write_anew(original: Path, folder: Path) -> tuple[Salvaged, bool]:
     """Return what was kept, and whether more than the end of the file is missing."""
-    scan = McapScan(original)
+    scan = McapScan(original, Budget(original, original.stat().st_size))
     messages, first, last = 0, 0, 0
     with BagWriter(folder, original.name) as writer:
         for topic, stamp, data in scan.messages():

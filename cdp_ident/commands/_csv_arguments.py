@@ -4,13 +4,15 @@
 
 import argparse
 import math
+from collections.abc import Collection
 from dataclasses import dataclass
 from datetime import datetime, timezone
 from pathlib import Path
+from typing import Any, get_args
 
 from cdp_ident.command_line import ArgumentParser, within
 from cdp_ident.errors import OptionError
-from cdp_ident.trial.options import TrialOptions, Unit
+from cdp_ident.trial.options import OuterAngle, ScaleFrom, TrialOptions, Unit, Zero
 from cdp_ident.user_input import quoted
 
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "d": 86400.0}
@@ -20,6 +22,19 @@ ANGLE_UNITS: dict[str, Unit] = {
 }
 LENGTH_UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 _POSITIVE = within(1e-9, 1e12)
+_SIGN: dict[str, Any] = {"type": int, "choices": (1, -1), "help": "(default: 1, towards +x)"}
+_OFFSET: dict[str, Any] = {"type": float, "metavar": "RAD", "help": "added to the angle: a zero elsewhere"}
+_SCALE: dict[str, Any] = {
+    **{"type": float, "metavar": "FACTOR", "help": "reading over angle, if counts per turn are wrong"}
+}
+MEANINGS: dict[str, dict[str, Any]] = {
+    "zero": {"choices": get_args(Zero), "help": "(default: upright)"},
+    "outer_angle": {"choices": get_args(OuterAngle), "help": "(default: relative)"},
+    **{"inner_sign": _SIGN, "outer_sign": _SIGN, "inner_offset": _OFFSET, "outer_offset": _OFFSET},
+    **{"inner_scale": _SCALE, "outer_scale": _SCALE},
+    "scale_from": {"choices": get_args(ScaleFrom), "help": "where readings with a factor are right (default: hanging)"},
+}
+"""What the user may say about angles, but not about points: which options of a trial, and how they are given."""
 
 
 @dataclass(frozen=True)
@@ -52,6 +67,13 @@ example: encoder counts in columns 1 and 2, zero where the rods hang, millisecon
 example: markers on a film of 240 frames a second, in pixels, of a rig with 17 cm between its joints
   import_csv tracked.csv --out swing --rate 240 --points pivot_x pivot_y joint_x joint_y tip_x tip_y --length 0.17
 """
+
+
+def unit_in(known: Collection[str], unit: str, path: Path, option: str) -> str:
+    """Return a unit that is one of those known, or raise OptionError with the option that sets it."""
+    if unit not in known:
+        raise OptionError(f"{path}: {option} in {unit}? Give --{option}-unit")
+    return unit
 
 
 def parse(arguments: list[str]) -> argparse.Namespace:
@@ -109,20 +131,8 @@ def _parser() -> ArgumentParser:
     units.add_argument("--counts-per-metre", type=_POSITIVE, metavar="N", help="encoder counts of the cart")
     units.add_argument("--points-unit", choices=("px", *LENGTH_UNITS), help="(else: px)")
     meaning = parser.add_argument_group("what the numbers mean")
-    meaning.add_argument("--zero", choices=("upright", "hanging"), help="(default: upright)")
-    meaning.add_argument("--outer-angle", choices=("relative", "absolute"), help="(default: relative)")
-    for joint in ("inner", "outer", "cart"):
-        meaning.add_argument(f"--{joint}-sign", type=int, choices=(1, -1), help="(default: 1, towards +x)")
-    for joint in ("inner", "outer"):
-        meaning.add_argument(
-            f"--{joint}-offset", type=float, metavar="RAD", help="added to the angle: a zero elsewhere"
-        )
-        meaning.add_argument(
-            f"--{joint}-scale", type=float, metavar="FACTOR", help="reading over angle, if counts per turn are wrong"
-        )
-    meaning.add_argument(
-        "--scale-from", choices=("hanging", "zero"), help="where readings with a factor are right (default: hanging)"
-    )
+    for name, how in (MEANINGS | {"cart_sign": _SIGN}).items():
+        meaning.add_argument(f"--{name.replace('_', '-')}", **how)
     meaning.add_argument("--y-axis", choices=("down", "up"), help="of points (default: down in px, else up)")
     meaning.add_argument(
         "--lean", type=within(-180, 180), default=0.0, metavar="DEG", help="added to both angles: a camera's lean"

@@ -66,7 +66,7 @@ def _checked(table: Table, recording: Recording, options: argparse.Namespace) ->
         if recording.on_film:
             _check_film(samples, recording.meaning)
         found = find_trial(samples, recording.meaning)
-        _check_length(found)
+        said = _what_the_motion_says(found, recording, options.rate)
     except TrialError as error:
         if not options.anyway:
             there = f"; columns: {table.columns}" if isinstance(error, OtherMotionError) else ""
@@ -76,7 +76,7 @@ def _checked(table: Table, recording: Recording, options: argparse.Namespace) ->
     lines = [f"{kind}: {found.trial.duration:.3f} s from {found.trial.start:.3f} s on"]
     lines += [f"  {note}" for note in found.trial.notes if note not in found.warnings]
     lines += [f"warning: {warning}" for warning in found.warnings]
-    return lines + _what_the_motion_says(found, recording, options.rate)
+    return lines + said
 
 
 def _write(recording: Recording, options: argparse.Namespace, arguments: list[str]) -> None:
@@ -118,36 +118,28 @@ def _check_film(samples: Samples, meaning: TrialOptions) -> None:
     )
 
 
-def _length(found: Found) -> tuple[float, float] | None:
-    """Return the distance of the joints by the motion and its deviation [m]; None where it is not well known."""
-    if found.balance is None or not found.balance.lumped.has_certain_signs:
-        return None
-    g, lumped = NOMINAL["g"], found.balance.lumped
-    length, std = g * lumped.length_over_gravity, g * lumped.length_std
-    return (length, std) if length > 0 and std < _WELL_KNOWN * length else None
-
-
-def _check_length(found: Found) -> None:
-    """Raise TrialError where the motion is that of no pendulum that anybody has."""
-    if (known := _length(found)) and not _SHORTEST < known[0] < _LONGEST:
-        raise TrialError(f"the motion is that of joints {known[0]:.2g} m apart: check --time-unit, or --rate")
-
-
 def _what_the_motion_says(found: Found, recording: Recording, rate: float | None) -> list[str]:
-    """Return lines about how well the balance of forces holds, and with which length."""
+    """Return lines about how well the balance of forces holds, and with which length.
+
+    Raises TrialError where the motion is that of no pendulum that anybody has.
+    """
     if found.balance is None or not found.balance.lumped.has_certain_signs:
         return []
-    unexplained, g = found.balance.lumped.unexplained, NOMINAL["g"]
-    lines = [f"balance of forces: {unexplained:.1%} of the inner rod's acceleration is unexplained"]
-    if known := _length(found):
-        length, std = known
-        lines[0] += f"; it holds with L = {length:.3g} +- {max(std, 1e-3 * length):.1g} m at g = {g:g} m/s^2"
-        given = recording.length
-        if given and abs(length / given - 1) > _LENGTH_OFF + 4 * std / given:
-            faster = np.sqrt(given / length)
-            remedy = f"--rate {rate / faster:.4g}" if rate else f"times that are {faster:.3g} times as long"
-            lines.append(
-                f"warning: the joints are {given:.3g} m apart, but the motion is that of {length:.3g} m: with {remedy} "
-                "they agree; check rate, times and length"
-            )
-    return lines
+    lumped, g = found.balance.lumped, NOMINAL["g"]
+    holds = f"balance of forces: {lumped.unexplained:.1%} of the inner rod's acceleration is unexplained"
+    length, std = (g * of for of in lumped.length_over_gravity)
+    if not (length > 0 and std < _WELL_KNOWN * length):
+        return [holds]
+    if not _SHORTEST < length < _LONGEST:
+        raise TrialError(f"the motion is that of joints {length:.2g} m apart: check --time-unit, or --rate")
+    holds += f"; it holds with L = {length:.3g} +- {max(std, 1e-3 * length):.1g} m at g = {g:g} m/s^2"
+    given = recording.length
+    if not given or abs(length / given - 1) <= _LENGTH_OFF + 4 * std / given:
+        return [holds]
+    faster = np.sqrt(given / length)
+    remedy = f"--rate {rate / faster:.4g}" if rate else f"times that are {faster:.3g} times as long"
+    return [
+        holds,
+        f"warning: the joints are {given:.3g} m apart, but the motion is that of {length:.3g} m: with {remedy} "
+        "they agree; check rate, times and length",
+    ]

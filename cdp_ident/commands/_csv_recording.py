@@ -7,28 +7,22 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cdp_ident.arrays import Array, Mask
+from cdp_ident.arrays import Array
 from cdp_ident.bag.csv_file import Table
 from cdp_ident.bag.csv_titles import CART, INNER, OUTER, POINTS, TIME, may_be_angles, roles, time_before, torques
 from cdp_ident.bag.joint_recording import JointRecording
-from cdp_ident.commands._csv_arguments import ANGLE_UNITS, LENGTH_UNITS, TypedOptions
+from cdp_ident.commands._csv_arguments import ANGLE_UNITS, LENGTH_UNITS, MEANINGS, TypedOptions, unit_in
 from cdp_ident.commands._csv_time import stamps_of, times
 from cdp_ident.errors import BagError, OptionError
 from cdp_ident.trial.film import rods_on_film
-from cdp_ident.trial.gravity import in_right_ranges
+from cdp_ident.trial.gravity import found_units, in_right_ranges
 from cdp_ident.trial.joints import Samples, in_angles, select_joints
 from cdp_ident.trial.options import UNITS, TrialOptions, Unit
-from cdp_ident.trial.units import found_units
 
 _FEWEST_DEGREES, _MOST_RADIANS = 7.0, 20.0
 """Angles that state no unit are radians if they vary by less, and degrees by more if the motion does not tell."""
 _TELLS = 0.3
 """Share of the acceleration that the right unit leaves unexplained at most, be a zero off or the camera lean."""
-_MEANINGS = (
-    *("zero", "outer_angle", "inner_sign", "outer_sign"),
-    *("inner_offset", "outer_offset", "inner_scale", "outer_scale", "scale_from"),
-)
-"""What the user may say about angles, but not about points."""
 
 
 @dataclass(frozen=True)
@@ -51,57 +45,54 @@ class Recording:
 class _Rows:
     """The numbers of a table's rows, and what is said of them."""
 
-    angles: Array
-    """(n, 2) of the inner and outer rod as recorded, NaN where there is none."""
-    kept: Mask
-    """(n,) the rows that may be used."""
+    time: Array
+    """(n,) [s]; NaN of rows that may not be used."""
+    numbers: Array
+    """(n, 3) of the inner and outer rod as recorded, and of the cart [m], NaN where there is none."""
     meaning: TrialOptions
     columns: list[str]
     notes: list[str]
     is_unit_known: bool = True
     """Whether the angles are in radians; else they may be in degrees."""
-    cart: Array | None = None
-    """(n,) position of the cart [m]."""
     length: float | None = None
-    places: tuple[int, ...] = ()
-    """Columns of the angles."""
 
 
 def recording_of(table: Table, options: argparse.Namespace) -> Recording:
     """Return what stands in a table, by its titles and by what the user says; raises CdpIdentError where that fails."""
     known = roles(table.titles)
-    time, used, columns = times(table, options, known)
-    cart = None
+    time, used, column = times(table, options, known)
+    columns, cart = [column], None
     if options.cart is not None or CART in known:
         place = known[CART] if options.cart is None else table.place(options.cart)
-        unit, factor = _cart_factor(table, place, options)
-        cart = factor * table.column(place)
+        counts = {"counts": 1.0 / options.counts_per_metre} if options.counts_per_metre else {}
+        factors = LENGTH_UNITS | counts
+        unit = unit_in(factors, options.cart_unit or table.titles[place].unit or "m", table.path, "cart")
+        cart = factors[unit] * table.column(place)
         columns.append(f"cart from {table.name(place)} in {unit}")
         used = used | {place}
     efforts = _torques(table, columns)
-    points = _points(table, options, known)
-    rows = _from_points(table, points, cart, options) if points else _from_angles(table, known, used, options)
-    rows.cart = cart if rows.cart is None else rows.cart
-    if TIME not in known and options.time is None and options.rate is None:
-        time = _with_times_of_their_own(table, rows, time, options)
-    wanted = np.flatnonzero(rows.kept & np.isfinite(time) & (time >= options.start) & (time <= options.stop))
+    if points := _points(table, options, known):
+        rows = _from_points(table, points, time, cart, options)
+    else:
+        rows = _from_angles(table, known, used, time, cart, options)
+    time = rows.time
+    wanted = np.flatnonzero(np.isfinite(time) & (time >= options.start) & (time <= options.stop))
     if not len(wanted):
         asked = [f" --{name} {s:g} s" for name, s in (("from", options.start), ("to", options.stop)) if np.isfinite(s)]
         raise BagError(f"{table.path} has no row with a time{''.join(asked)}")
-    numbers = rows.angles if rows.cart is None else np.column_stack([rows.angles, rows.cart])
     lean = np.radians(options.lean)
     meaning = replace(
         rows.meaning,
-        cart_joint="cart_joint" if numbers.shape[1] > 2 else "",
+        cart_joint="" if np.all(np.isnan(rows.numbers[:, 2])) else "cart_joint",
         cart_sign=options.cart_sign or 1,
         inner_offset=rows.meaning.inner_offset + lean,
         outer_offset=rows.meaning.outer_offset + lean * (rows.meaning.outer_angle == "absolute"),
     )
-    names = (meaning.inner_joint, meaning.outer_joint, meaning.cart_joint)[: numbers.shape[1]]
+    names = (meaning.inner_joint, meaning.outer_joint, "cart_joint")
     if efforts is not None:
-        efforts = np.pad(np.resize(efforts, (len(numbers), 2)), ((0, 0), (0, len(names) - 2)))[wanted]
+        efforts = np.pad(np.resize(efforts, (len(time), 2)), ((0, 0), (0, 1)))[wanted]
     stamps = stamps_of(time[wanted], table.path, options)
-    recording = JointRecording("", str(table.path), names, stamps, numbers[wanted], (), efforts=efforts)
+    recording = JointRecording("", str(table.path), names, stamps, rows.numbers[wanted], (), efforts=efforts)
     samples, notes = select_joints(recording, meaning)
     samples = samples[np.arange(0, len(samples.stamps), options.every)]
     if not rows.is_unit_known:
@@ -117,8 +108,10 @@ def recording_of(table: Table, options: argparse.Namespace) -> Recording:
     return Recording(samples, meaning, length, bool(points), columns, [*table.notes, *rows.notes, *notes])
 
 
-def _from_angles(table: Table, known: dict[str, int], used: set[int], options: argparse.Namespace) -> _Rows:
-    """Return the rows of a table in which angles stand."""
+def _from_angles(
+    table: Table, known: dict[str, int], used: set[int], time: Array, cart: Array | None, options: argparse.Namespace
+) -> _Rows:
+    """Return the rows of a table in which angles stand, each with a time of its own where two stand before them."""
     places: list[int] = []
     for role, column in ((INNER, options.inner), (OUTER, options.outer)):
         if column is not None:
@@ -129,38 +122,31 @@ def _from_angles(table: Table, known: dict[str, int], used: set[int], options: a
             places.append(_next_place(table, used.union(places, known.values())))
     if places[0] == places[1]:
         raise OptionError(f"{table.path}: {table.name(places[0])} cannot be both angles: name them by --inner, --outer")
-    said = {name: value for name in _MEANINGS if (value := getattr(options, name)) is not None}
+    said = {name: value for name in MEANINGS if (value := getattr(options, name)) is not None}
     said |= {"inner_joint": table.joint(places[0]), "outer_joint": table.joint(places[1])}
     factors, unit = _angle_factors(table, places, options)
-    angles = np.column_stack([table.column(place) for place in places]) * factors
     columns = [f"{name} from {table.name(place)} in {unit}" for name, place in zip((INNER, OUTER), places, strict=True)]
-    return _Rows(
-        angles, np.ones(len(angles), dtype=bool), TypedOptions(**said), columns, [], unit != "", places=tuple(places)
-    )
+    angles = np.column_stack([table.column(place) for place in places]) * factors
+    numbers = np.column_stack([angles, np.full(len(angles), np.nan) if cart is None else cart])
+    if TIME not in known and options.time is None and options.rate is None:
+        before = [time_before(table.titles, place) for place in places]
+        given = [argparse.Namespace(**{**vars(options), "time": str(at)}) for at in before if at is not None]
+        own = [times(table, of_joint, {})[0] for of_joint in given]
+        if len(own) == len(places) and not np.array_equal(own[0], own[1], equal_nan=True):
+            time = np.concatenate(own)
+            numbers = np.concatenate([numbers * [1.0, np.nan, 1.0], numbers * [np.nan, 1.0, 1.0]])
+    return _Rows(time, numbers, TypedOptions(**said), columns, [], unit != "")
 
 
-def _with_times_of_their_own(table: Table, rows: _Rows, time: Array, options: argparse.Namespace) -> Array:
-    """Return the times of rows, in which each angle has one of its own where columns of times stand before both."""
-    before = [time_before(table.titles, place) for place in rows.places]
-    own = [
-        times(table, argparse.Namespace(**{**vars(options), "time": str(at)}), {})[0] for at in before if at is not None
-    ]
-    if len(own) < 2 or np.array_equal(own[0], own[1], equal_nan=True):
-        return time
-    rows.angles = np.concatenate([rows.angles * [1.0, np.nan], rows.angles * [np.nan, 1.0]])
-    rows.kept = np.tile(rows.kept, 2)
-    rows.cart = None if rows.cart is None else np.tile(rows.cart, 2)
-    return np.concatenate(own)
-
-
-def _from_points(table: Table, points: list[int], cart: Array | None, options: argparse.Namespace) -> _Rows:
+def _from_points(
+    table: Table, points: list[int], time: Array, cart: Array | None, options: argparse.Namespace
+) -> _Rows:
     """Return the rows of a table whose angles follow from positions in the columns `points`."""
-    for name in _MEANINGS:
+    for name in MEANINGS:
         if getattr(options, name) is not None:
             raise OptionError(f"{TypedOptions().called(name)} does not go with points: what their angles mean is known")
-    unit = options.points_unit or next((table.unit(place) for place in points if table.unit(place)), "px")
-    if unit not in ("px", *LENGTH_UNITS):
-        raise OptionError(f"{table.path}: positions in {unit}? Give --points-unit")
+    unit = options.points_unit or next((table.titles[place].unit for place in points if table.titles[place].unit), "px")
+    unit_in(("px", *LENGTH_UNITS), unit, table.path, "points")
     y_down = (options.y_axis or ("down" if unit == "px" else "up")) == "down"
     positions = np.stack([table.column(place) for place in points], axis=1)
     film = rods_on_film(positions.reshape(len(positions), -1, 2), y_down)
@@ -169,32 +155,24 @@ def _from_points(table: Table, points: list[int], cart: Array | None, options: a
         f"{marker} from {table.name(x)} and {table.name(y)} in {unit}, y {'down' if y_down else 'up'}"
         for marker, x, y in zip(markers, points[::2], points[1::2], strict=True)
     ]
+    length = film.length * LENGTH_UNITS[unit] if unit in LENGTH_UNITS else options.length
     numbers = np.full((len(film.kept), 3), np.nan)
     numbers[film.kept, :2] = film.angles
-    length = film.length * LENGTH_UNITS[unit] if unit in LENGTH_UNITS else options.length
-    rows = _Rows(numbers[:, :2], film.kept, TypedOptions(outer_angle="absolute"), columns, [*film.notes], length=length)
-    if film.pivot is not None and cart is None:
+    notes = [*film.notes]
+    if cart is not None:
+        numbers[:, 2] = cart
+    elif film.pivot is not None:
         if length is None:
             raise OptionError("the pivot moves: give --length, so that its way is known in metres")
         numbers[film.kept, 2] = film.pivot * length / film.length
-        rows.cart = numbers[:, 2]
-        rows.notes.append("the pivot moves: its x is the cart's position")
-    return rows
-
-
-def _cart_factor(table: Table, place: int, options: argparse.Namespace) -> tuple[str, float]:
-    unit = options.cart_unit or table.unit(place) or "m"
-    if unit == "counts" and options.counts_per_metre:
-        return unit, 1.0 / options.counts_per_metre
-    if unit not in LENGTH_UNITS:
-        raise OptionError(f"{table.path}: the cart's position is in {unit}: give --cart-unit")
-    return unit, LENGTH_UNITS[unit]
+        notes.append("the pivot moves: its x is the cart's position")
+    time = np.where(film.kept, time, np.nan)
+    return _Rows(time, numbers, TypedOptions(outer_angle="absolute"), columns, notes, length=length)
 
 
 def _next_place(table: Table, used: set[int]) -> int:
     """Return the first column that is not used and may be an angle."""
-    possible = may_be_angles(table.titles) if table.titles else range(table.values.shape[1])
-    left = [place for place in possible if place not in used and place not in table.no_numbers]
+    left = [place for place in may_be_angles(table.titles) if place not in used and place not in table.no_numbers]
     if not left:
         raise BagError(
             f"{table.path}: two angles of rods are needed besides the time, and its titles tell fewer, as those of one "
@@ -235,7 +213,7 @@ def _angle_factors(table: Table, places: list[int], options: argparse.Namespace)
     if options.angle_unit == "counts":
         counts = options.counts_per_turn
         return 2 * np.pi / np.array([counts[0], counts[-1]]), "counts"
-    units = [options.angle_unit or table.unit(place) for place in places]
+    units = [options.angle_unit or table.titles[place].unit for place in places]
     stated = [unit if unit in ANGLE_UNITS else other for unit, other in zip(units, units[::-1], strict=True)]
     if set(stated) <= set(ANGLE_UNITS):
         return np.array([UNITS[ANGLE_UNITS[unit]] for unit in stated]), " and ".join(dict.fromkeys(stated))

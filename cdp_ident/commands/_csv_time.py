@@ -12,7 +12,7 @@ from cdp_ident.arrays import Array, Indices
 from cdp_ident.bag.csv_file import Table
 from cdp_ident.bag.csv_titles import FRAME, TIME, seconds_and_nanoseconds
 from cdp_ident.bag.joint_state import NANOSECONDS
-from cdp_ident.commands._csv_arguments import TIME_UNITS
+from cdp_ident.commands._csv_arguments import TIME_UNITS, unit_in
 from cdp_ident.errors import BagError, OptionError
 from cdp_ident.trial.order import counted_on
 
@@ -29,7 +29,7 @@ _FIRST_OF_1970 = (719529.0, 25569.0)
 """In the days of MATLAB and of spreadsheets."""
 
 
-def times(table: Table, options: argparse.Namespace, known: dict[str, int]) -> tuple[Array, set[int], list[str]]:
+def times(table: Table, options: argparse.Namespace, known: dict[str, int]) -> tuple[Array, set[int], str]:
     """Return the time of each row [s], the columns that are used up, and what was taken for it.
 
     `known` are the columns whose titles tell what they are. Raises CdpIdentError where there is no time.
@@ -40,17 +40,13 @@ def times(table: Table, options: argparse.Namespace, known: dict[str, int]) -> t
         place = table.place(options.time) if options.time else known.get(FRAME)
         used = counted | ({known[TIME]} if TIME in known else set()) | ({place} if place is not None else set())
         if place is None:
-            return np.arange(count) / options.rate, used, [f"time from the rows, {options.rate:g} a second"]
-        frames = table.column(place)
-        return (
-            frames / options.rate,
-            used,
-            [f"time from frame numbers in {table.name(place)}, {options.rate:g} a second"],
-        )
+            return np.arange(count) / options.rate, used, f"time from the rows, {options.rate:g} a second"
+        said = f"time from frame numbers in {table.name(place)}, {options.rate:g} a second"
+        return table.column(place) / options.rate, used, said
     if options.time is None and (stamp := seconds_and_nanoseconds(table.titles)):
         seconds, nanoseconds = (table.column(place) for place in stamp)
         said = f"time from {table.name(stamp[0])} in s and {table.name(stamp[1])} in ns"
-        return seconds + 1e-9 * nanoseconds, counted | set(stamp), [said]
+        return seconds + 1e-9 * nanoseconds, counted | set(stamp), said
     if options.time is None and TIME not in known and (FRAME in known or width < 3):
         raise OptionError(f"{table.path} has no times: give --rate, or the column of the times by --time")
     place = table.place(options.time) if options.time else known.get(TIME, 0)
@@ -64,14 +60,13 @@ def times(table: Table, options: argparse.Namespace, known: dict[str, int]) -> t
             f"{table.path}: {table.name(place)} does not increase as times do: name their column by --time, or give "
             "--rate if there is none"
         )
-    unit, how = options.time_unit or table.unit(place), ""
+    unit, how = options.time_unit or table.titles[place].unit, ""
     if not unit:
         unit, how = _time_unit(table, steps, place)
-    if unit not in TIME_UNITS:
-        raise OptionError(f"{table.path}: times in {unit}? Give --time-unit")
+    unit_in(TIME_UNITS, unit, table.path, "time")
     if unit == "d":
         time = time - next((day for day in _FIRST_OF_1970 if np.nanmin(time) > day), 0.0)
-    return time * TIME_UNITS[unit], counted | {place}, [f"time from {table.name(place)} in {unit}{how}{rolls_over}"]
+    return time * TIME_UNITS[unit], counted | {place}, f"time from {table.name(place)} in {unit}{how}{rolls_over}"
 
 
 def _time_unit(table: Table, steps: Array, place: int) -> tuple[str, str]:

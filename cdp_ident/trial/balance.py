@@ -14,15 +14,15 @@ import numpy as np
 
 from cdp_ident.arrays import Array, Rows
 from cdp_ident.model.parameters import NOMINAL
-from cdp_ident.trial.kinematics import CUBIC_AT_CENTRE, local_motion
+from cdp_ident.trial import weak_form
+from cdp_ident.trial.kinematics import local_motion, off_smooth
 from cdp_ident.trial.scales import Scales, sampling_step
 from cdp_ident.trial.weak_form import WINDOW, Motion, integrated, window_weights
 
-COLUMNS = ("A23", "A33", "c1", "c2", "G1", "G2", "k1", "k2", "D", "E12", "E1", "E2", "M1", "M2")
-"""The lumped numbers in their order."""
+COLUMNS = weak_form.COLUMNS[1:]
+"""The lumped numbers in their order, relative to A22."""
 _STICKS = 0.5
 """A joint sticks where the direction of its friction is uncertain by more than this share."""
-_NOISE_SAMPLES = 2000
 _LEAST_GRAVITY = 0.1
 """A rod has gravity's torque at least as this share of the other's."""
 
@@ -31,10 +31,8 @@ _LEAST_GRAVITY = 0.1
 class Windows(Rows):
     """The balance of forces in windows of a motion."""
 
-    coefficients: Array
-    """(k, 2, 14) of the lumped numbers, in the order of `COLUMNS`."""
-    target: Array
-    """(k, 2) right-hand side [rad/s^2]."""
+    terms: Array
+    """(k, 2, 15) what A22, which is one, and the lumped numbers are multiplied by, in the order of `COLUMNS`."""
     slack: Array
     """(k, 2) uncertainty of the direction of each joint's dry friction where the joint is slow: 0 to 1."""
     noise: Array
@@ -42,7 +40,7 @@ class Windows(Rows):
 
     def __len__(self) -> int:
         """Return how many there are."""
-        return len(self.target)
+        return len(self.terms)
 
 
 def joined(parts: Sequence[Windows]) -> Windows:
@@ -67,19 +65,21 @@ def motion_on_grid(
     cart = np.zeros(len(time)) if cart is None else cart
     values, slopes = local_motion(time, np.column_stack([angles, cart]), at, scales.half_width)
     known = None if torques is None else np.column_stack([np.interp(at, time, of) for of in torques.T])
-    noise, gain = _noise(time, angles, scales), _gain(time, scales)
-    return Motion(at, values[:, :2], slopes[:, :2], values[:, 2], slopes[:, 2], scales, noise, gain, known)
+    noise = 1.4826 * np.median(off_smooth(time, angles, scales.half_width), axis=0)
+    return Motion(
+        at, values[:, :2], slopes[:, :2], values[:, 2], slopes[:, 2], scales, noise, _gain(time, scales), known
+    )
 
 
 def windows(motion: Motion) -> Windows:
     """Return the balance of each window of WINDOW grid points that fits into a motion given in theta1 and theta2."""
-    balance, slack = integrated(motion, NOMINAL["g"], ("A22", *COLUMNS))
-    return Windows(balance[..., 1:], -balance[..., 0], slack, np.tile(motion.noise, (len(balance), 1)))
+    balance, slack = integrated(motion, NOMINAL["g"], weak_form.COLUMNS)
+    return Windows(balance, slack, np.tile(motion.noise, (len(balance), 1)))
 
 
 def residual(balance: Windows, values: Array) -> Array:
     """Return what the lumped numbers leave unexplained in each window (k, 2) [rad/s^2]."""
-    return np.asarray((balance.coefficients.reshape(-1, len(COLUMNS)) @ values).reshape(-1, 2) - balance.target)
+    return np.asarray(balance.terms @ [1.0, *values])
 
 
 def torques(balance: Windows, values: Array) -> Array:
@@ -103,15 +103,6 @@ def largest_gravity(values: Array) -> Array:
     """Return gravity's largest torque on each rod (2,), for a rod that hardly has any a tenth of the other's."""
     gravity = np.abs(values[4:6])
     return np.asarray(np.maximum(gravity, max(_LEAST_GRAVITY * gravity.max(), 1e-12)))
-
-
-def _noise(time: Array, angles: Array, scales: Scales) -> Array:
-    """Return the standard deviation of each angle about smooth motion (k,) [rad], by its median."""
-    every = max(1, len(time) // _NOISE_SAMPLES)
-    values, _ = local_motion(time, angles, time[::every], scales.half_width)
-    together = max(6.0, 2 * scales.half_width / sampling_step(time))
-    median = np.median(np.abs(angles[::every] - values), axis=0)
-    return np.asarray(1.4826 * median / np.sqrt(1 - CUBIC_AT_CENTRE / together))
 
 
 def _gain(time: Array, scales: Scales) -> float:

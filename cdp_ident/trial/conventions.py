@@ -9,19 +9,21 @@ not change the residual but the signs: gravity would act upwards, or the rods' c
 
 from collections.abc import Iterator, Mapping
 from dataclasses import fields, replace
+from typing import Any
 
 import numpy as np
 
 from cdp_ident.errors import OtherMotionError, TrialError
-from cdp_ident.trial.encoder_scale import TURNS, best_scale
 from cdp_ident.trial.meaning import (
     EVIDENT,
     GOOD,
     MUCH_BETTER,
+    TURNS,
     Balance,
     Recorded,
     balance_of,
     best_of,
+    best_scale,
     exchanged,
     outer_meanings,
     with_other_zeros,
@@ -32,6 +34,12 @@ from cdp_ident.trial.other_motions import may_be_rods, still_joint, too_far, unc
 _LOOKED_AT = 0.005
 """Unexplained share from which it is looked whether readings are two or four times the angles."""
 _OPPOSITE: Mapping[Zero, Zero] = {"upright": "hanging", "hanging": "upright"}
+_WRONG = {
+    "inner_joint": "the joints are exchanged",
+    "cart_joint": "the cart's readings are no metres",
+    **dict.fromkeys(("inner_offset", "outer_offset"), "the joints' zeros are elsewhere"),
+}
+"""What is wrong where an option must be another one."""
 _CLEAR = 0.01
 """Least coupling, and least ratio of the rods' gravity terms, that are more than an error of the fit."""
 
@@ -59,12 +67,9 @@ def check_conventions(recorded: Recorded, options: TrialOptions) -> tuple[Balanc
     fits = outer_meanings(recorded, options)
     best = best_of(fit for fit in fits if fit.meaning != options) or given
     contradiction = _contradiction(recorded, given, best)
-    looks = ""
-    if not (contradiction or may_be_rods(given.lumped)):
-        looks = uncoupled(recorded.motions, fits) or weightless(recorded, given)
-    if looks:
-        contradiction = f"this is no double pendulum: {looks}"
-    contradiction = contradiction or _impossible(given)
+    is_known = contradiction or may_be_rods(given.lumped)
+    looks = "" if is_known else uncoupled(recorded.motions, fits) or weightless(recorded, given)
+    contradiction = f"this is no double pendulum: {looks}" if looks else contradiction or _impossible(given)
     if contradiction and options.conventions == "refuse":
         is_other = looks or given.lumped.unexplained > EVIDENT
         raise (OtherMotionError if is_other else TrialError)(f"{contradiction}; {options.insist}")
@@ -99,14 +104,11 @@ def _others(recorded: Recorded, options: TrialOptions, least: float) -> Iterator
     yield best_scale(recorded, options, any_factor=least > GOOD, from_zero=from_zero)
     if least > GOOD:
         moved = with_other_zeros(recorded, outer_meanings(recorded, options))
-        yield best_of(other for other in moved if other.lumped.is_mechanism and may_be_rods(other.lumped))
+        yield best_of(other for other in moved if other.lumped.is_certain)
         turned = replace(options, inner_joint=options.outer_joint, outer_joint=options.inner_joint)
         yield best_of(other for other in outer_meanings(exchanged(recorded), turned) if may_be_rods(other.lumped))
     if least > GOOD and options.all_settable and any(np.any(motion.cart) for motion in recorded.motions):
-        still = [
-            replace(motion, cart=0.0 * motion.cart, cart_velocity=0.0 * motion.cart) for motion in recorded.motions
-        ]
-        free = balance_of(replace(recorded, motions=tuple(still)), replace(options, cart_joint=""))
+        free = balance_of(recorded, replace(options, cart_joint=""))
         yield free if free and may_be_rods(free.lumped) else None
 
 
@@ -150,7 +152,7 @@ def _doubts(given: Balance, best: Balance) -> list[str]:
         )
     outer_angle = options.setting("outer_angle", options.outer_angle)
     as_good = other.unexplained < max(lumped.unexplained / MUCH_BETTER, GOOD / 2)
-    if not (lumped.is_mechanism and lumped.has_certain_signs):
+    if not lumped.is_certain:
         warnings.append(
             "the motion is too small, too short or too noisy to tell what the angles mean: make sure that "
             f"{options.setting('zero', options.zero)} and {outer_angle} are right"
@@ -163,13 +165,18 @@ def _doubts(given: Balance, best: Balance) -> list[str]:
     return warnings
 
 
+def _changed(options: TrialOptions, meaning: TrialOptions) -> dict[str, Any]:
+    """Return the values of another meaning by the options that would have to be set for it."""
+    names = [field.name for field in fields(options)]
+    return {name: value for name in names if (value := getattr(meaning, name)) != getattr(options, name)}
+
+
 def _changes(options: TrialOptions, other: Balance) -> str:
     """Return which options would have to be set to what, for another meaning of the angles."""
     meaning, turned = other.meaning, other.lumped.turned
     if turned == "both":
         meaning = replace(meaning, zero=_OPPOSITE[meaning.zero])
-    names = [field.name for field in fields(options)]
-    values = {name: value for name in names if (value := getattr(meaning, name)) != getattr(options, name)}
+    values = _changed(options, meaning)
     shown = {name: f"{value:.4g}" if isinstance(value, float) else value for name, value in values.items()}
     settings = [options.setting(name, value or "''") for name, value in shown.items()]
     if turned in ("inner", "outer"):
@@ -188,17 +195,12 @@ def instead(wrong: str, options: TrialOptions, other: Balance, given: Balance | 
 
 def _other_words(options: TrialOptions, other: TrialOptions) -> str:
     """Say what is wrong: which joint is which, the zeros, or the factor by which readings are larger than angles."""
-    if options.inner_joint != other.inner_joint:
-        return "the joints are exchanged"
-    if options.cart_joint != other.cart_joint:
-        return "the cart's readings are no metres"
-    if (options.inner_offset, options.outer_offset) != (other.inner_offset, other.outer_offset):
-        return "the joints' zeros are elsewhere"
-    factors = {
-        joint: f"{factor:.4g}"
-        for joint in ("inner", "outer")
-        if (factor := getattr(other, f"{joint}_scale")) != getattr(options, f"{joint}_scale")
-    }
-    whose = "the readings of both joints are" if len(factors) > 1 else f"the {''.join(factors)} joint's readings are"
+    changed = _changed(options, other)
+    for name, what in _WRONG.items():
+        if name in changed:
+            return what
+    factors = {name: f"{factor:.4g}" for name, factor in changed.items() if name.endswith("_scale")}
+    joints = "".join(name.removesuffix("_scale") for name in factors)
+    whose = "the readings of both joints are" if len(factors) > 1 else f"the {joints} joint's readings are"
     turns = " (turns?)" if set(factors.values()) == {f"{TURNS:.4g}"} else ""
     return f"{whose} {' and '.join(dict.fromkeys(factors.values()))} times the angle{turns}"

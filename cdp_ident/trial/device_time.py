@@ -32,17 +32,17 @@ def in_device_time(recording: JointRecording) -> tuple[JointRecording, ClockRate
     device, recorded = recording.device, recording.stamps
     if device is None:
         return recording, None, []
-    set_apart = np.flatnonzero(np.abs(np.diff(device.times) - np.diff(recorded)) > _SET) + 1
+    set_apart = np.flatnonzero(np.abs(np.diff(device) - np.diff(recorded)) > _SET) + 1
     parts = np.split(np.arange(len(recorded)), set_apart)
-    runs = [run for run in parts if len(run) >= _FEWEST and np.ptp(device.times[run]) >= _SHORTEST]
+    runs = [run for run in parts if len(run) >= _FEWEST and np.ptp(device[run]) >= _SHORTEST]
     if not runs:
         return recording, None, []
     stamps, wander = recorded.copy(), []
     rates = []
     for run in runs:
         # Differences of the integers first: a float does not resolve nanoseconds since 1970.
-        ticks, host = ((values[run] - values[run[0]]) * 1e-9 for values in (device.times, recorded))
-        rates.append(device.rate or _rate_of_stamps(ticks, host))
+        ticks, host = ((values[run] - values[run[0]]) * 1e-9 for values in (device, recorded))
+        rates.append(recording.device_rate or _rate_of_stamps(ticks, host))
         even = ticks / (1.0 + rates[-1].fast)
         even += np.mean(host - even)
         stamps[run] = recorded[run[0]] + np.round(even * 1e9).astype(np.int64)
@@ -51,7 +51,7 @@ def in_device_time(recording: JointRecording) -> tuple[JointRecording, ClockRate
     away = np.concatenate(wander)
     note = (
         f"times are the device's own; its clock is {rate} fast against ROS time, "
-        f"{'by its driver' if device.rate else 'by the stamps'}; the stamps wander from it by "
+        f"{'by its driver' if recording.device_rate else 'by the stamps'}; the stamps wander from it by "
         f"{1e6 * np.sqrt(np.mean(away**2)):.2g} us rms, {1e6 * np.max(np.abs(away)):.2g} us at most"
     )
     return replace(recording, stamps=stamps), rate, [note]
@@ -59,11 +59,5 @@ def in_device_time(recording: JointRecording) -> tuple[JointRecording, ClockRate
 
 def _rate_of_stamps(device: Array, host: Array) -> ClockRate:
     parts = zip(np.array_split(device, _PARTS), np.array_split(host, _PARTS), strict=True)
-    scatter = np.std([_slope(y, x) for x, y in parts], ddof=1)
-    return ClockRate(_slope(host, device) - 1.0, float(scatter))
-
-
-def _slope(host: Array, device: Array) -> float:
-    """Return the device's time in a second of the host's, by least squares."""
-    host, device = host - host.mean(), device - device.mean()
-    return float(device @ device / (host @ device))
+    whole, *of_parts = (1.0 / np.polyfit(*of, 1)[0] for of in ((device, host), *parts))
+    return ClockRate(float(whole) - 1.0, float(np.std(of_parts, ddof=1)))

@@ -114,8 +114,8 @@ def rods_on_film(points: Array, y_down: bool, is_straight: bool = False) -> Film
         (lost, "in {} frames the joint is not where it can be: left out"),
     )
     notes += [words.format(np.count_nonzero(frames)) for frames, words in told if np.any(frames)]
-    straight, note = (None, "") if is_straight else _straightening(points[kept])
-    if straight is not None:
+    if not is_straight and (found := _straightening(points[kept])):
+        straight, note = found
         film = rods_on_film(as_seen @ straight, y_down=False, is_straight=True)
         return replace(film, notes=(note, *film.notes))
     rods, put_right = without_offsets(points[kept])
@@ -124,7 +124,7 @@ def rods_on_film(points: Array, y_down: bool, is_straight: bool = False) -> Film
     return Film(kept, angles, None if is_at_rest else points[kept, 0, 0], length, tuple(notes))
 
 
-def _straightening(points: Array) -> tuple[Array | None, str]:
+def _straightening(points: Array) -> tuple[Array, str] | None:
     """Return what takes a certain distortion (2, 2) out of markers (n, 3, 2), and that in words; None without one.
 
     Where pixels are not square, or the camera looks from the side, the joint's circle is an ellipse: the inverse square
@@ -137,14 +137,11 @@ def _straightening(points: Array) -> tuple[Array | None, str]:
     _, found = _certain_offsets(inverse, [np.column_stack([x, y]), twice])
     c, s = found / np.median(inverse - twice @ found)
     if not _LEAST_STRETCH < np.hypot(c, s) < 1.0:
-        return None, ""
+        return None
     values, axes = np.linalg.eigh([[1.0 + c, s], [s, 1.0 - c]])
     straight = axes * np.sqrt(values / np.sqrt(values[0] * values[1])) @ axes.T
-    ratio = np.sqrt(values[1] / values[0])
-    return (
-        straight,
-        f"the picture is {ratio:.4g} times as long one way as across (pixels, a camera to one side?): put right",
-    )
+    ratio = f"{np.sqrt(values[1] / values[0]):.4g} times as long one way as across"
+    return straight, f"the picture is {ratio} (pixels, a camera to one side?): put right"
 
 
 def _repeated(points: Array) -> Mask:

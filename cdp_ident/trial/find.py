@@ -10,8 +10,8 @@ import numpy as np
 from cdp_ident.arrays import Mask
 from cdp_ident.errors import NoFreeMotionError, TrialError
 from cdp_ident.model.effects.effect import Joint
-from cdp_ident.trial.cleaning import Piece
 from cdp_ident.trial.conventions import check_conventions
+from cdp_ident.trial.gravity import smaller_units_found
 from cdp_ident.trial.joints import Samples, model_angles
 from cdp_ident.trial.meaning import Balance, Recorded
 from cdp_ident.trial.options import Input, TrialOptions
@@ -19,7 +19,6 @@ from cdp_ident.trial.other_motions import driven
 from cdp_ident.trial.outliers import outlier_words
 from cdp_ident.trial.recorded_motion import recorded_motion
 from cdp_ident.trial.trial import Trial, joined
-from cdp_ident.trial.units import smaller_units_found
 from cdp_ident.trial.weak_form import WINDOW, Motion
 from cdp_ident.trial.zero_input import Part, at_rest, cart_driven, choose_parts, covering, find_parts, moving_windows
 
@@ -96,7 +95,7 @@ def _found(recorded: Recorded, by_motors: Sequence[Mask], turned: Sequence[Joint
             f"{warnings[0]}: {lasts:.2f} s of {parts[-1].stop:.2f} s; record a longer swing, or take the part without "
             f"the hand by {options.called('start')} and {options.called('stop')}; {options.insist}"
         )
-    trial = joined([_stretch(recorded.pieces[part.motion], part, options) for part in taken])
+    trial = joined([_stretch(recorded, part, options) for part in taken])
     left_out = [outlier_words(trial.outliers, len(trial.time))] if trial.outliers else []
     notes = (*recorded.notes, *said, *left_out, *warnings, *cuts, *impulses)
     return Found(replace(trial, notes=notes), tuple(warnings), balance)
@@ -123,15 +122,14 @@ def _refuse_unusable(motions: Sequence[Motion], turned: Sequence[Joint]) -> None
         )
 
 
-def _stretch(piece: Piece, part: Part, options: TrialOptions) -> Trial:
-    taken = piece[(piece.time >= part.start) & (piece.time <= part.stop)]
-    (first, last), signs = taken.time[[0, -1]].tolist(), [options.inner_sign, options.outer_sign]
+def _stretch(recorded: Recorded, part: Part, options: TrialOptions) -> Trial:
+    samples, time = recorded.pieces[part.motion].samples, recorded.pieces[part.motion].time
+    torques = samples.torques if options.input == "joints" else None
     return Trial(
         name="",
-        time=taken.time - first,
-        theta=model_angles(taken.angles, options),
-        cart=None if taken.cart is None else options.cart_sign * taken.cart,
-        start=first,
-        torques=taken.torques * signs if taken.torques is not None and options.input == "joints" else None,
-        outliers=tuple(at for at in taken.outliers if first <= at <= last),
-    )
+        time=time,
+        theta=model_angles(samples.angles, options),
+        cart=None if samples.cart is None else options.cart_sign * samples.cart,
+        torques=None if torques is None else torques * [options.inner_sign, options.outer_sign],
+        outliers=recorded.outliers,
+    ).part((time >= part.start) & (time <= part.stop))

@@ -47,6 +47,17 @@ class Samples(Rows):
         return np.column_stack([np.unwrap(angle, period=turn) for angle, turn in joints])
 
 
+@dataclass(frozen=True)
+class Piece(Rows):
+    """Samples at known times, in the end a stretch without a gap in which full turns could be lost."""
+
+    samples: Samples
+    """As recorded, at strictly increasing stamps, except where the clock was set back; angles of a stretch are
+    continuous."""
+    time: Array
+    """(n,) since the recording's first sample [s]; where the clock was set back, it stands still for one sample."""
+
+
 def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Samples, list[str]]:
     """Pick the joints that the options name, at common times and in the order of time.
 
@@ -64,8 +75,7 @@ def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Sam
     recording = recording[~again]
     columns = [recording.joints.index(joint) for joint in wanted]
     order, notes = in_order(recording.stamps, np.isfinite(recording.positions[:, columns]))
-    if np.any(again):
-        notes.append(f"{np.count_nonzero(again)} samples that are recorded twice count once")
+    notes += [f"{np.count_nonzero(again)} samples that are recorded twice count once"] if np.any(again) else []
     stamps, positions = recording.stamps[order], recording.positions[order]
     time = elapsed(stamps)
     readings = positions[:, columns]
@@ -91,20 +101,14 @@ def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Sam
             f"{len(known)} lack one"
         )
     check_publishers(angles, recording.topic)
-    cart = None
+    cart: Array | None = None
     if options.cart_joint in recording.joints:
+        # A cart published in messages of its own is taken at the times of the rods' samples.
         position = positions[:, recording.joints.index(options.cart_joint)]
-        has = _usable(position)
-        if np.any(has):
-            # A cart published in messages of its own is taken at the times of the rods' samples.
-            times, first = np.unique(time[has], return_index=True)
-            position = position[has][first]
-            outlying = outliers(times, position)
-            if np.any(outlying):
-                notes.append(
-                    f"of the cart's position {outlier_words(times[outlying].tolist(), np.count_nonzero(~outlying))}"
-                )
-            cart = np.interp(time[rows], times[~outlying], position[~outlying])
+        times, position, outlying = _measured(time, position, _usable(position))
+        if len(outlying):
+            notes.append(f"of the cart's position {outlier_words(outlying.tolist(), len(times))}")
+        cart = np.interp(time[rows], times, position) if len(times) else None
     elif options.cart_joint:
         notes.append(f"there is no joint {options.cart_joint}: the cart is taken to be at rest")
     torques: Array = np.zeros((len(rows), 2))
@@ -135,17 +139,23 @@ def _at_common_times(time: Array, readings: Array, known: Mask, turns: Array) ->
         return both, readings[both], ""
     slow = int(np.argmin(counts))
     rows = np.flatnonzero(known[:, slow])
-    of_other = np.flatnonzero(known[:, 1 - slow])
-    times, first = np.unique(time[of_other], return_index=True)
-    values = np.asarray(np.unwrap(readings[of_other[first], 1 - slow], period=turns[1 - slow]))
-    good = ~outliers(times, values, turns[1 - slow])
-    there, between = _between(times[good], values[good], time[rows])
+    times, values, _ = _measured(time, readings[:, 1 - slow], known[:, 1 - slow], turns[1 - slow])
+    there, between = _between(times, values, time[rows])
     found = readings[rows[there]]
     found[:, 1 - slow] = between[there]
     joint = ("inner", "outer")[1 - slow]
     apart = f"joints are measured at times of their own: the {joint} one is taken at the times of the other"
     lost = np.count_nonzero(~there)
     return rows[there], found, f"{apart}; {lost} samples without it nearby are dropped" if lost else apart
+
+
+def _measured(time: Array, values: Array, known: Mask, turn: float | None = None) -> tuple[Array, Array, Array]:
+    """Return times (m,), each once, and the known ones of values (n,) then without outliers, and the times of these."""
+    times, first = np.unique(time[known], return_index=True)
+    values = values[known][first]
+    values = np.asarray(np.unwrap(values, period=turn)) if turn else values
+    outlying = outliers(times, values, turn)
+    return times[~outlying], values[~outlying], times[outlying]
 
 
 def _between(times: Array, values: Array, at: Array) -> tuple[Mask, Array]:
@@ -180,18 +190,14 @@ def in_radians(readings: Array, options: TrialOptions) -> Array:
 
 def model_angles(angles: Array, options: TrialOptions) -> Array:
     """Return theta1, theta2 (n, 2) [rad] of the continuous angles of the inner and outer joint (n, 2) [rad]."""
+    scales = np.array([options.inner_scale, options.outer_scale])
     offset = np.pi if options.zero == "hanging" else 0.0
     right_at = np.pi if options.scale_from == "hanging" else offset
-
-    def absolute(joint: Array, sign: int, scale: float) -> Array:
-        reading = sign * joint + offset
-        return np.asarray(reading + (1.0 / scale - 1.0) * (reading - right_at))
-
-    theta1 = absolute(angles[:, 0], options.inner_sign, options.inner_scale) + options.inner_offset
-    theta2 = theta1 + options.outer_sign * angles[:, 1] / options.outer_scale
-    if options.outer_angle == "absolute":
-        theta2 = absolute(angles[:, 1], options.outer_sign, options.outer_scale)
-    return np.column_stack([theta1, theta2 + options.outer_offset])
+    theta1, turned = (angles * [options.inner_sign, options.outer_sign] / scales).T
+    from_inner, from_outer = right_at + (offset - right_at) / scales
+    theta1 = theta1 + from_inner + options.inner_offset
+    theta2 = turned + (theta1 if options.outer_angle == "relative" else from_outer) + options.outer_offset
+    return np.column_stack([theta1, theta2])
 
 
 def _usable(values: Array) -> Mask:

@@ -3,6 +3,7 @@
 """Angles and angular velocities from measured angles, by local polynomials."""
 
 import numpy as np
+from numpy.polynomial.polynomial import polyvander
 
 from cdp_ident.arrays import Array, Indices
 from cdp_ident.errors import TrialError
@@ -13,10 +14,10 @@ HALF_WIDTH = 0.05
 With 200 Hz and 2 mrad of noise the error of a velocity is then 0.04 rad/s, and the systematic error of a cubic for a
 swing at 10 rad/s a tenth of that.
 """
-CUBIC_AT_CENTRE = 2.25
+_CUBIC_AT_CENTRE = 2.25
 """A cubic fitted to N samples follows the noise of the one in the middle by this over N."""
-_COEFFICIENTS = 4
 _FEWEST = 6
+_LOOKED_AT = 2000
 _POINTS_AT_ONCE = 4096
 
 
@@ -60,16 +61,18 @@ def _fit_cubics(time: Array, theta: Array, at: Array, first: Indices, last: Indi
     # Times relative to the place asked for and scaled to about one keep the normal equations well conditioned.
     offset = np.where(inside, time[index] - at[:, None], 0.0)
     scale = np.abs(offset).max(axis=1)
-    basis = inside[..., None] * cubic_basis(offset / scale[:, None])
+    basis = inside[..., None] * polyvander(offset / scale[:, None], 3)
     transposed = basis.transpose(0, 2, 1)
     solution = np.asarray(np.linalg.solve(transposed @ basis, transposed @ theta[index]))
     return solution[:, 0], np.asarray(solution[:, 1] / scale[:, None])
 
 
-def cubic_basis(x: Array) -> Array:
-    """Return 1, x, x^2 and x^3 (..., 4) of numbers (...)."""
-    basis = np.empty((*x.shape, _COEFFICIENTS))
-    basis[..., 0], basis[..., 1] = 1.0, x
-    for power in range(2, _COEFFICIENTS):
-        np.multiply(basis[..., power - 1], x, out=basis[..., power])
-    return basis
+def off_smooth(time: Array, angles: Array, half_width: float) -> Array:
+    """Return how far two thousand of some angles (n, k) are from smooth motion (m, k), in which they are left out.
+
+    It is that of `local_motion` by samples no further away than `half_width` [s].
+    """
+    some = slice(None, None, max(1, len(time) // _LOOKED_AT))
+    smooth, _ = local_motion(time, angles, time[some], half_width)
+    together = max(_FEWEST, 2.0 * half_width * len(time) / (time[-1] - time[0]))
+    return np.asarray(np.abs(angles[some] - smooth) / np.sqrt(1.0 - _CUBIC_AT_CENTRE / together))

@@ -9,10 +9,10 @@ late.
 import itertools
 
 import numpy as np
+from numpy.polynomial.polynomial import polyvander
 from scipy.ndimage import maximum_filter1d
 
 from cdp_ident.arrays import Array, Indices
-from cdp_ident.trial.kinematics import cubic_basis
 
 _NEAR = 4
 """Samples before and after a place that smooth motion is told by."""
@@ -92,7 +92,7 @@ def _off_cubics(index: Indices, angles: Array, places: Indices) -> Array:
     for some in np.array_split(places, 1 + len(places) // _AT_ONCE):
         rows = some[:, None] + around
         counts, which = np.unique(index[rows] - index[some, None], axis=0, return_inverse=True)
-        orthogonal, _ = np.linalg.qr(cubic_basis((counts[:, None] + skipped) / _NEAR))
+        orthogonal, _ = np.linalg.qr(polyvander((counts[:, None] + skipped) / _NEAR, 3))
         off = np.eye(len(around)) - orthogonal @ np.swapaxes(orthogonal, -1, -2)
         found.append(np.linalg.norm(off[which.ravel()] @ angles[rows][:, None], axis=(2, 3)))
     return np.concatenate(found)

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from scipy.linalg.lapack import dposv
 
-from cdp_ident.arrays import Array, Indices, Mask
+from cdp_ident.arrays import Array, Indices
 from cdp_ident.trial.balance import COLUMNS, Windows, residual, torques
 
 _TRIMMED_ROUNDS = 12
@@ -65,19 +65,14 @@ class Lumped:
     """(6, 6) of the first six values."""
 
     @property
-    def length_over_gravity(self) -> float:
-        """L / g [s^2], as A = m2 L l2 and G2 = m2 l2 g over the same A22."""
-        A, _, _, _, _, G2, *_ = self.values
-        return float(A / G2) if G2 else np.inf
-
-    @property
-    def length_std(self) -> float:
-        """Standard deviation of `length_over_gravity` to first order [s^2]."""
-        A, _, _, _, _, G2, *_ = self.values
+    def length_over_gravity(self) -> tuple[float, float]:
+        """L / g [s^2], as A = m2 L l2 and G2 = m2 l2 g over the same A22, and its deviation to first order."""
+        places = [0, 5]
+        A, G2 = self.values[places]
         if not G2:
-            return np.inf
-        slope = np.array([1 / G2, 0, 0, 0, 0, -A / G2**2])
-        return float(np.sqrt(max(0.0, slope @ self.covariance @ slope)))
+            return np.inf, np.inf
+        slope = np.array([1.0, -A / G2]) / G2
+        return float(A / G2), float(np.sqrt(max(0.0, slope @ self.covariance[np.ix_(places, places)] @ slope)))
 
     @property
     def has_certain_signs(self) -> bool:
@@ -103,20 +98,25 @@ class Lumped:
         """Whether there is a double pendulum with these numbers."""
         return self.turned == ""
 
+    @property
+    def is_certain(self) -> bool:
+        """Whether there is, and no error of the fit makes it one."""
+        return self.is_mechanism and self.has_certain_signs
 
-def fit_lumped(balance: Windows, trusted: Mask, is_driven: bool = False) -> Lumped:
+
+def fit_lumped(balance: Windows, is_driven: bool = False) -> Lumped:
     """Fit the lumped numbers to the windows of which most agree, whatever the others say.
 
-    Of the windows `trusted` (k,) to show motion, the half that fits worst is left out (least trimmed squares with
-    concentration steps: Rousseeuw and Van Driessen, 2006). The fit begins with that of the short stretch with which
-    most windows of the recording agree, so that a hand cannot draw it to its own motion. At last all windows that are
-    no outliers are fitted to. Dry friction that comes out negative is none; a geared rotor is there, and zeros are off,
-    where that explains much that nothing else does. `is_driven` says that the torques of motors are an input.
+    Of the windows, which show motion, the half that fits worst is left out (least trimmed squares with concentration
+    steps: Rousseeuw and Van Driessen, 2006). The fit begins with that of the short stretch with which most windows of
+    the recording agree, so that a hand cannot draw it to its own motion. At last all windows that are no outliers are
+    fitted to. Dry friction that comes out negative is none; a geared rotor is there, and zeros are off, where that
+    explains much that nothing else does. `is_driven` says that the torques of motors are an input.
     """
-    balance, motors = balance[trusted], _MOTORS if is_driven else ()
+    motors = _MOTORS if is_driven else ()
     at_least = max(1, min(_FEWEST_STRETCHES, len(balance) // _SHORTEST_STRETCH))
     count = max(at_least, min(_MOST_STRETCHES, len(balance) // _STRETCH))
-    stretches = [_Sums.of(balance[part]) for part in np.array_split(np.arange(len(balance)), count)]
+    stretches = [_products(balance[part]) for part in np.array_split(np.arange(len(balance)), count)]
     fits = [_least_squares(stretch, (*_VISCOUS, *motors)) for stretch in stretches]
     values = max(fits, key=lambda fit: np.count_nonzero(torques(balance, fit) < _AGREEMENT))
     keep = (len(balance) + 1) // 2
@@ -126,62 +126,52 @@ def fit_lumped(balance: Windows, trusted: Mask, is_driven: bool = False) -> Lump
         if np.array_equal(best, chosen):
             break
         chosen = best
-        values = _physical(_Sums.of(balance[chosen]), motors)
+        values = _physical(_products(balance[chosen]), keep, motors)
     squares = _squares(balance, values)
     fitted = balance[squares <= _OUTLIER * np.median(squares)]
-    sums = _Sums.of(fitted)
-    values = _physical(sums, motors)
+    products = _products(fitted)
+    values = _physical(products, len(fitted), motors)
     left = float(np.sum(_squares(fitted, values)))
     noise = float(np.sum(_noise(fitted, values)))
     # Motors hold rods up, too, that hardly accelerate.
-    whole = sums.of_target + sum(values[k] ** 2 * sums.coefficients[k, k] for k in motors)
+    whole = products[0, 0] + sum(values[k] ** 2 * products[1 + k, 1 + k] for k in motors)
     unexplained = np.sqrt(max(left - noise, 0.0) / whole) if whole > 0 else np.inf
-    misfit = left / (noise + _NEGLECTED**2 * sums.of_target + np.finfo(float).tiny)
+    misfit = left / (noise + _NEGLECTED**2 * products[0, 0] + np.finfo(float).tiny)
     spread = float(np.median(torques(fitted, values)))
-    return Lumped(values, float(unexplained), misfit, spread, _covariance(sums, left / max(1, 2 * len(fitted)), motors))
+    return Lumped(
+        values, float(unexplained), misfit, spread, _covariance(products, left / max(1, 2 * len(fitted)), motors)
+    )
 
 
 def explained(balance: Windows, columns: Sequence[int]) -> tuple[Array, float]:
     """Return the numbers (14,) in some columns that fit windows best, and the share of the squares that they leave."""
-    sums = _Sums.of(balance)
-    values = _least_squares(sums, columns)
-    return values, sums.left(values) / max(sums.of_target, np.finfo(float).tiny)
+    products = _products(balance)
+    values = _least_squares(products, columns)
+    return values, _left(products, values) / max(products[0, 0], np.finfo(float).tiny)
 
 
-def gravity_directions(balance: Windows, trusted: Mask) -> Array:
+def gravity_directions(balance: Windows) -> Array:
     """Return how far gravity's direction is from where each rod's angle takes it to be (2,) [rad], as angles count.
 
-    It is any from -pi to pi: gravity's terms and the coupling are fitted with sine and cosine to the windows `trusted`
-    (k,), twice, the second time without outliers.
+    It is any from -pi to pi: gravity's terms and the coupling are fitted with sine and cosine to windows that show
+    motion, twice, the second time without outliers.
     """
-    balance = balance[trusted]
     values, _ = explained(balance, (*DRIVEN, *_OFFSETS))
     squares = _squares(balance, values)
     values, _ = explained(balance[squares <= _OUTLIER * np.median(squares)], (*DRIVEN, *_OFFSETS))
     return np.arctan2(values[[10, 11]], values[[4, 5]])
 
 
-@dataclass(frozen=True)
-class _Sums:
-    """What least squares need to know of windows: sums of products of their coefficients C and target y."""
+def _products(balance: Windows) -> Array:
+    """Return the sums of products (15, 15) of the terms of windows: what least squares need to know of them."""
+    rows = balance.terms.reshape(-1, 1 + len(COLUMNS))
+    return np.asarray(rows.T @ rows)
 
-    coefficients: Array
-    """(14, 14) C^T C."""
-    mixed: Array
-    """(14,) C^T y."""
-    of_target: float
-    """y^T y."""
-    count: int
-    """Number of the windows."""
 
-    @classmethod
-    def of(cls, balance: Windows) -> "_Sums":
-        rows, target = balance.coefficients.reshape(-1, len(COLUMNS)), balance.target.ravel()
-        return cls(rows.T @ rows, rows.T @ target, float(target @ target), len(balance))
-
-    def left(self, values: Array) -> float:
-        """Return the squared residual that values (14,) leave."""
-        return float(self.of_target - 2 * values @ self.mixed + values @ self.coefficients @ values)
+def _left(products: Array, values: Array) -> float:
+    """Return the squared residual that values (14,) leave."""
+    with_target = np.array([1.0, *values])
+    return float(with_target @ products @ with_target)
 
 
 def _squares(balance: Windows, values: Array) -> Array:
@@ -195,56 +185,62 @@ def _noise(balance: Windows, values: Array) -> Array:
     return np.column_stack([of1 + A * of2, A * of1 + B * of2])
 
 
-def _covariance(sums: _Sums, variance: float, motors: tuple[int, ...]) -> Array:
+def _covariance(products: Array, variance: float, motors: tuple[int, ...]) -> Array:
     """Return the covariance of the first six numbers (6, 6) with residuals of a `variance` [(rad/s^2)^2]."""
-    columns = (*FREE, *motors)
-    products = sums.coefficients.take(columns, 0).take(columns, 1)
-    scale = np.sqrt(np.diag(products))
-    scale[scale == 0] = 1.0
-    eigenvalues, directions = np.linalg.eigh(products / np.outer(scale, scale))
+    correlation, _, scale = _scaled(products, (*FREE, *motors))
+    eigenvalues, directions = np.linalg.eigh(correlation)
     # What the motion does not show at all is as uncertain as can be said.
     inverse = directions / np.maximum(eigenvalues, _SINGULAR) @ directions.T
     covariance = inverse / np.outer(scale, scale) * variance * _INDEPENDENT
     return np.asarray(covariance[: len(_VISCOUS), : len(_VISCOUS)])
 
 
-def _physical(sums: _Sums, motors: tuple[int, ...]) -> Array:
+def _scaled(products: Array, columns: Sequence[int]) -> tuple[Array, Array, Array]:
+    """Return matrix (k, k) and right side (k,) of the numbers in some columns, times their scales (k,).
+
+    So a joint that hardly moves does not decide about the others through rounding.
+    """
+    places = 1 + np.asarray(columns)
+    scale = np.sqrt(products.diagonal()[places])
+    scale[scale == 0] = 1.0
+    matrix = products.take(places, 0).take(places, 1)
+    return matrix / (scale[:, None] * scale), -products[0].take(places) / scale, scale
+
+
+def _physical(products: Array, count: int, motors: tuple[int, ...]) -> Array:
     """Fit with dry friction where it is positive, a geared rotor and zeros that are off where that is worth it.
 
-    What is worth it follows from Schwarz's criterion, with the windows that tell something of their own as its data.
+    What is worth it follows from Schwarz's criterion, with those of the `count` windows that tell something of their
+    own as its data.
     """
-    independent = max(2.0, 2 * sums.count / _INDEPENDENT)
+    independent = max(2.0, 2 * count / _INDEPENDENT)
     for_one = min(_WORTH, independent ** (-1 / independent))
     best: Array = np.zeros(len(COLUMNS))
     least = np.inf
     for added in ((), _ROTOR, _OFFSETS, (*_ROTOR, *_OFFSETS)):
-        values = _with_friction(sums, (*_VISCOUS, *motors, *added))
-        score = sums.left(values) / for_one ** len(added)
+        values = _with_friction(products, (*_VISCOUS, *motors, *added))
+        score = _left(products, values) / for_one ** len(added)
         # Errors of zeros are fitted as three numbers, though two would do; larger ones are none to first order.
         if score < least and np.all(np.abs(values[10:12]) <= _LARGEST_OFFSET * np.abs(values[4:6])):
             best, least = values, score
     return best
 
 
-def _with_friction(sums: _Sums, columns: Sequence[int]) -> Array:
+def _with_friction(products: Array, columns: Sequence[int]) -> Array:
     """Fit the numbers in some columns, and friction that is positive."""
     friction = list(_FRICTION)
     while True:
-        values = _least_squares(sums, [*columns, *friction])
+        values = _least_squares(products, [*columns, *friction])
         if all(values[column] >= 0 for column in friction):
             return values
         friction.remove(min(friction, key=lambda column: values[column]))
 
 
-def _least_squares(sums: _Sums, columns: Sequence[int]) -> Array:
+def _least_squares(products: Array, columns: Sequence[int]) -> Array:
     """Return the numbers that fit best, of which all but those in the given columns are zero."""
-    products, mixed = sums.coefficients.take(columns, 0).take(columns, 1), sums.mixed.take(columns)
-    # Scaled, so that a joint that hardly moves does not decide about the others through rounding.
-    scale = np.sqrt(products.diagonal())
-    scale[scale == 0] = 1.0
-    found = _solution(products / (scale[:, None] * scale), mixed / scale) / scale
-    values = np.zeros(len(sums.mixed))
-    values.put(columns, found)
+    matrix, right, scale = _scaled(products, columns)
+    values = np.zeros(len(COLUMNS))
+    values.put(columns, _solution(matrix, right) / scale)
     return values
 
 

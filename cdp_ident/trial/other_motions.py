@@ -15,7 +15,7 @@ import numpy as np
 
 from cdp_ident.arrays import Array, Mask
 from cdp_ident.model.effects.effect import JOINTS, Joint
-from cdp_ident.trial.balance import Windows, joined, largest_gravity
+from cdp_ident.trial.balance import Windows, largest_gravity
 from cdp_ident.trial.lumped import DRIVEN, FREE, Lumped, explained
 from cdp_ident.trial.meaning import GOOD, MUCH_BETTER, Balance, Recorded, balance_of, in_model_angles
 from cdp_ident.trial.options import TrialOptions
@@ -62,7 +62,7 @@ def still_joint(recorded: Recorded, options: TrialOptions) -> str:
 def too_far(recorded: Recorded, options: TrialOptions) -> str:
     """Return that readings cannot be of their unit, as a joint turns too far by them, in words; empty if none does."""
     scales = options.inner_scale, options.outer_scale
-    steps = [np.abs(np.diff(piece.angles, axis=0)) / scales for piece in recorded.pieces]
+    steps = [np.abs(np.diff(piece.samples.angles, axis=0)) / scales for piece in recorded.pieces]
     far = np.mean(np.concatenate([np.zeros((1, 2)), *steps]) > np.pi / 2, axis=0)
     for joint in np.array(JOINTS)[far > _FAR_OFTEN].tolist():
         how = (
@@ -127,13 +127,12 @@ def driven(recorded: Recorded, options: TrialOptions) -> tuple[list[Mask], list[
     balance = balance_of(recorded, replace(options, input="none")) if torques else None
     if balance is None:
         return nowhere, []
-    windows = joined(balance.windows)[np.concatenate(recorded.moving)]
-    (_, without), (values, left) = (explained(windows, columns) for columns in (FREE, DRIVEN))
+    (_, without), (values, left) = (explained(balance.trusted, columns) for columns in (FREE, DRIVEN))
     if without <= GOOD**2 or left > _DRIVES * without:
         return nowhere, []
     shares = [np.abs(torque * values[-2:]) / largest_gravity(values) for torque in torques]
     where = [np.asarray(np.any(share > options.hand_torque, axis=1)) for share in shares]
-    return where, _reversed(windows, np.array([options.inner_sign, options.outer_sign]))
+    return where, _reversed(balance.trusted, np.array([options.inner_sign, options.outer_sign]))
 
 
 def _reversed(windows: Windows, signs: Array) -> list[Joint]:
@@ -146,12 +145,11 @@ def _reversed(windows: Windows, signs: Array) -> list[Joint]:
         windows: the balance of forces.
         signs: (2,) of the angles, over those of the torques as they are taken.
     """
-    motors = list(DRIVEN[-2:])
 
     def left(meant: Array) -> float:
-        together = windows.coefficients.copy()
-        together[..., motors[0]] = together[..., motors] @ meant
-        return explained(replace(windows, coefficients=together), DRIVEN[:-1])[1]
+        together = windows.terms.copy()
+        together[..., -2] = together[..., -2:] @ meant
+        return explained(replace(windows, terms=together), DRIVEN[:-1])[1]
 
     flips = [np.array(flip) for flip in itertools.product((1, -1), repeat=2)]
     best = min(flips, key=lambda flip: left(flip * signs))

@@ -15,11 +15,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.polynomial.polynomial import polyvander
 from scipy.ndimage import maximum_filter1d
 
 from cdp_ident.arrays import Array, Indices, Mask
 from cdp_ident.trial.differences import MEDIAN_OF_SIZE, SAMPLES, encoder_step, fourth_differences
-from cdp_ident.trial.kinematics import cubic_basis
 
 TURN = 2.0 * np.pi
 """What an angle is known up to [rad]."""
@@ -138,7 +138,7 @@ class _Samples:
         others = index[~is_member].reshape(len(starts), size - len(places))
         measured = np.unwrap(values[others], period=period, axis=1) if period else values[others]
         begin, end = time[first][:, None], time[first + size - 1][:, None]
-        basis, at_members = (cubic_basis((2.0 * time[at] - begin - end) / (end - begin)) for at in (others, members))
+        basis, at_members = (polyvander((2.0 * time[at] - begin - end) / (end - begin), 3) for at in (others, members))
         transposed = basis.transpose(0, 2, 1)
         fit = np.linalg.solve(transposed @ basis + _RIDGE * np.eye(4), transposed)
         left = measured - (basis @ fit @ measured[..., None])[..., 0]

@@ -14,7 +14,7 @@ import numpy as np
 
 from cdp_ident.arrays import Array, Indices
 from cdp_ident.bag.joint_recording import JointRecording
-from cdp_ident.trial.kinematics import CUBIC_AT_CENTRE, local_motion
+from cdp_ident.trial.kinematics import off_smooth
 from cdp_ident.trial.lost_samples import counted
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.order import counted_on, elapsed, in_order
@@ -27,8 +27,8 @@ _ONCE, _AS_SMOOTH = 0.8, 1.2
 """The same for even times, where fewer samples than this share have a stamp of their own."""
 _NEAR, _NEAREST = 4, 2.5
 """Samples before and after one that smooth motion is told by, and the fewest that tell it."""
-_FAST, _LOOKED_AT = 0.9, 2000
-"""It is looked at where it is fast, at this quantile: at rest, all times are as good; and at so many samples."""
+_FAST = 0.9
+"""It is looked at where it is fast, at this quantile: at rest, all times are as good."""
 _RATE = 0.02
 """Share by which durations by stamps and by receipt may differ, and beside it the rounding of stamps to seconds."""
 _OTHER_PACE = 0.05
@@ -146,7 +146,7 @@ def evened(time: Array, angles: Array, parts: Indices) -> tuple[Array, list[str]
         angles: (n, k) measured then [rad].
         parts: where the clock was set back: the first sample after each such place.
     """
-    times, longest, step, wait, lost = time.copy(), 0, 0.0, 0.0, 0
+    times, made = time.copy(), []
     for part in np.split(np.arange(len(time)), parts):
         for stretch, between in _bursts(part, time[part]):
             continuous = np.asarray(np.unwrap(angles[stretch], axis=0))
@@ -154,15 +154,15 @@ def evened(time: Array, angles: Array, parts: Indices) -> tuple[Array, list[str]
                 continue
             counts = [counted(time[stretch], continuous, _ends(time[stretch], between)), np.arange(len(stretch))]
             evens = [_even(index, time[stretch], between) for index in counts]
-            with_lost, without = (_off(even, continuous, between) for even in evens)
-            index, even = list(zip(counts, evens, strict=True))[without < _MISCOUNTED * with_lost]
-            if even is not None and _is_smoother(even, time[stretch], angles[stretch], between):
+            tried = [_rougher(even, time[stretch], continuous, between) for even in evens]
+            is_whole = tried[1][0] < _MISCOUNTED * tried[0][0]
+            last, even, (rough, most) = int(counts[is_whole][-1]), evens[is_whole], tried[is_whole]
+            if even is not None and rough < most:
                 times[stretch] = even
-                lost += int(index[-1]) + 1 - len(index)
-                if len(stretch) > longest:
-                    longest, wait, step = len(stretch), between, float(np.ptp(even) / index[-1])
-    if not longest:
+                made.append((len(stretch), between, float(np.ptp(even)) / last, last + 1 - len(stretch)))
+    if not made:
         return time, []
+    (_, wait, step, _), lost = max(made), sum(lacking for *_, lacking in made)
     came = f"samples came in bursts of about {wait / step:.2g} every {1e3 * wait:.3g} ms (a latency timer, a buffer?)"
     if wait < _FEW * step:
         came = "the times of samples jitter"
@@ -206,33 +206,23 @@ def _ends(time: Array, wait: float) -> Indices:
     return np.flatnonzero(np.append(np.diff(time) > wait / 2, True))
 
 
-def _off(even: Array | None, angles: Array, wait: float) -> float:
-    """Return the roughness of motion in even times; infinite where there are none."""
-    return np.inf if even is None else roughness(even, angles, _width(even, wait))
+def _rougher(even: Array | None, time: Array, angles: Array, wait: float) -> tuple[float, float]:
+    """Return the roughness of motion in even times, and up to which they are taken; infinite where there are none.
 
-
-def _width(even: Array, wait: float) -> float:
-    return max(_BURSTS * wait, _NEAREST * float(even[-1] - even[0]) / len(even))
-
-
-def _is_smoother(even: Array, time: Array, angles: Array, wait: float) -> bool:
-    """Return whether the motion is smoother in even times than in those of the stamps, each taken once.
-
-    Where stamps are repeated, samples would be lost, and it need not be smoother, but as smooth.
+    The motion must be smoother than in the times of the stamps, each taken once. Where stamps are repeated, samples
+    would be lost, and it need not be smoother, but as smooth.
     """
+    if even is None:
+        return np.inf, 0.0
+    half_width = max(_BURSTS * wait, _NEAREST * float(even[-1] - even[0]) / len(even))
     once = np.concatenate([[True], np.diff(time) > 0])
     share = _SMOOTHER if np.mean(once) > _ONCE else _AS_SMOOTH
-    half_width = _width(even, wait)
-    return roughness(even, angles, half_width) < share * roughness(time[once], angles[once], half_width)
+    return roughness(even, angles, half_width), share * roughness(time[once], angles[once], half_width)
 
 
 def roughness(time: Array, angles: Array, half_width: float) -> float:
     """Return how far angles (n, k) are from cubics over twice the `half_width` [s] where that is much."""
     if len(time) < _FEWEST:
         return np.inf
-    some = slice(None, None, max(1, len(time) // _LOOKED_AT))
-    continuous = np.asarray(np.unwrap(angles, axis=0))
-    smooth, _ = local_motion(time, continuous, time[some], half_width)
-    together = max(6.0, 2.0 * half_width * len(time) / (time[-1] - time[0]))
-    off = np.abs(continuous[some] - smooth) / np.sqrt(1.0 - CUBIC_AT_CENTRE / together)
+    off = off_smooth(time, np.asarray(np.unwrap(angles, axis=0)), half_width)
     return float(np.max(np.quantile(off, _FAST, axis=0)))

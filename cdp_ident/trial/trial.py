@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.interpolate import make_smoothing_spline
 
-from cdp_ident.arrays import Array, Rows
+from cdp_ident.arrays import Array, Mask, Rows
 from cdp_ident.bag.diagnostics import ClockRate
 from cdp_ident.model.weights import Weight
 
@@ -71,22 +71,14 @@ class Trial(Rows):
     @property
     def stretches(self) -> tuple["Trial", ...]:
         """The stretches without such gaps, as trials of their own, each beginning at time 0."""
-        if not self.breaks:
-            return (self,)
-        return tuple(
-            replace(
-                self[first:last],
-                time=self.time[first:last] - self.time[first],
-                start=self.start + float(self.time[first]),
-                breaks=(),
-                outliers=self._outliers(first, last),
-            )
-            for first, last in self.bounds
-        )
+        return tuple(self.part(slice(*bounds)) for bounds in self.bounds) if self.breaks else (self,)
 
-    def _outliers(self, first: int, last: int) -> tuple[float, ...]:
-        begin, end = self.start + self.time[[first, last - 1]]
-        return tuple(at for at in self.outliers if begin <= at <= end)
+    def part(self, chosen: Mask | slice) -> "Trial":
+        """Return some samples, one after the other, as a trial of its own that begins at time 0."""
+        taken = self[chosen]
+        first, last = (self.start + taken.time[[0, -1]]).tolist()
+        outliers = tuple(at for at in self.outliers if first <= at <= last)
+        return replace(taken, time=taken.time - taken.time[0], start=first, breaks=(), outliers=outliers)
 
 
 def joined(stretches: Sequence[Trial]) -> Trial:

@@ -134,7 +134,12 @@ def find_parts(
         changes = [0, *(np.flatnonzero(np.diff(causes)) + 1).tolist()]
         edges = [*motion.time[changes].tolist(), float(motion.time[-1]) + motion.scales.spacing]
         parts += [Part(i, int(causes[at]), *edges[k : k + 2]) for k, at in enumerate(changes)]
-    return parts, _notes_on_impulses(instants)
+    shown = ", ".join(f"{instant:.2f}" for instant in instants[:5]) + (" …" if len(instants) > 5 else "")
+    note = (
+        f"near {shown} s something other than gravity and friction acts for an instant (an impulse, lost counts, a "
+        "bearing that sticks?): kept"
+    )
+    return parts, [note] if instants else []
 
 
 def choose_parts(parts: Sequence[Part], shortest: float) -> tuple[list[Part], list[str]]:
@@ -161,16 +166,12 @@ def choose_parts(parts: Sequence[Part], shortest: float) -> tuple[list[Part], li
 
 def _free_motions(parts: Sequence[Part], shortest: float) -> list[list[Part]]:
     """Put the free parts together between which only samples are missing, for less than a swing."""
-    motions: list[list[Part]] = []
-    for before, part in pairwise((None, *parts)):
-        if part is None or part.cause != FREE:
-            continue
-        goes_on = before is not None and before.cause == FREE and 0.0 <= part.start - before.stop < shortest
-        if goes_on:
-            motions[-1].append(part)
-        else:
-            motions.append([part])
-    return motions
+    goes_on = [
+        before.cause == part.cause == FREE and 0.0 <= part.start - before.stop < shortest
+        for before, part in pairwise(parts)
+    ]
+    together = np.split(np.arange(len(parts)), np.flatnonzero(np.logical_not(goes_on)) + 1)
+    return [[parts[place] for place in places] for places in together if parts[places[0]].cause == FREE]
 
 
 def _lasts(motion: Sequence[Part]) -> float:
@@ -205,13 +206,3 @@ def covering(points: Mask, width: int) -> Mask:
 
 def _describe(part: Part) -> str:
     return f"{part.start:.2f} to {part.stop:.2f} s ({_CAUSES[part.cause]})"
-
-
-def _notes_on_impulses(instants: list[float]) -> list[str]:
-    if not instants:
-        return []
-    shown = ", ".join(f"{instant:.2f}" for instant in instants[:5]) + (" …" if len(instants) > 5 else "")
-    return [
-        f"near {shown} s something other than gravity and friction acts for an instant (an impulse, lost counts, a "
-        "bearing that sticks?): kept"
-    ]

@@ -36,17 +36,17 @@ def bag(folder, references, statuses=()):
 
 def test_each_sample_has_the_device_s_time_and_the_rate_is_that_device_s(tmp_path):
     references = [("/time_reference", s, d, "one") for s, d in zip(STAMPS.tolist(), DEVICE.tolist(), strict=True)]
-    device = bag(tmp_path / "bag", reversed(references), ["other", "one", "other"]).device
-    assert np.array_equal(device.times, DEVICE)
-    assert device.rate == pytest.approx((10e-6, 0.5e-6))
+    recording = bag(tmp_path / "bag", reversed(references), ["other", "one", "other"])
+    assert np.array_equal(recording.device, DEVICE)
+    assert recording.device_rate == pytest.approx((10e-6, 0.5e-6))
 
 
 def test_a_few_samples_without_it_are_dropped(tmp_path):
     references = [("/time_reference", s, d, "one") for s, d in zip(STAMPS.tolist(), DEVICE.tolist(), strict=True)]
     recording = bag(tmp_path / "bag", references[3:-1])
     assert np.array_equal(recording.stamps, STAMPS[3:-1])
-    assert len(recording.positions) == len(recording.device.times) == 96
-    assert recording.device.rate is None
+    assert len(recording.positions) == len(recording.device) == 96
+    assert recording.device_rate is None
     assert recording.notes == ("4 samples without the device's own time are dropped",)
 
 
@@ -60,6 +60,6 @@ def test_time_references_of_something_else_are_left_alone(tmp_path):
 def test_of_two_rigs_it_is_that_of_the_samples(tmp_path):
     other = [("/rig2/time_reference", s + 77, 0, "other") for s in STAMPS.tolist()]
     own = [("/rig1/time_reference", s, d, "one") for s, d in zip(STAMPS.tolist(), DEVICE.tolist(), strict=True)]
-    device = bag(tmp_path / "bag", other + own, ["one", "other"]).device
-    assert np.array_equal(device.times, DEVICE)
-    assert device.rate == pytest.approx((10e-6, 0.5e-6))
+    recording = bag(tmp_path / "bag", other + own, ["one", "other"])
+    assert np.array_equal(recording.device, DEVICE)
+    assert recording.device_rate == pytest.approx((10e-6, 0.5e-6))

@@ -11,6 +11,7 @@ import yaml
 from rosbags.highlevel import AnyReader
 
 from cdp_ident.bag.joint_state import MESSAGE_TYPE, serialize_joint_state
+from cdp_ident.bag.limits import Budget
 from cdp_ident.bag.mcap_scan import McapScan
 from cdp_ident.bag.metadata import OFFERED_QOS_PROFILES
 from cdp_ident.bag.salvage import complete_bag, is_incomplete
@@ -168,7 +169,7 @@ def test_a_cut_at_any_byte_gives_a_prefix_of_the_messages(whole, tmp_path):
     for size in range(17, len(content), max(1, len(content) // 300)):
         file.write_bytes(content[:size])
         try:
-            stamps = [stamp for _, stamp, _ in McapScan(file).messages()]
+            stamps = [stamp for _, stamp, _ in McapScan(file, Budget(file, 0)).messages()]
         except BagError:
             stamps = []
         assert stamps == [(i + 1) * PERIOD for i in range(len(stamps))]

@@ -5,7 +5,6 @@
 import numpy as np
 import pytest
 
-from cdp_ident.bag.device_messages import DeviceTime
 from cdp_ident.bag.diagnostics import ClockRate
 from cdp_ident.bag.joint_recording import JointRecording
 from cdp_ident.trial.device_time import in_device_time
@@ -18,7 +17,7 @@ def recorded(true, wander, fast=0.0, told=None, device=None):
     stamps = EPOCH + np.round((true + wander) * 1e9).astype(np.int64)
     times = np.round(true * (1.0 + fast) * 1e6).astype(np.int64) * 1000 if device is None else device
     positions = np.zeros((len(true), 2))
-    return JointRecording("swing", "/joint_states", ("a", "b"), stamps, positions, (), DeviceTime(times, told))
+    return JointRecording("swing", "/joint_states", ("a", "b"), stamps, positions, (), times, told)
 
 
 TRUE = np.arange(2600) * 0.005

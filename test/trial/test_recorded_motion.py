@@ -5,8 +5,8 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from cdp_ident.trial.cleaning import clean, cut_at_gaps
 from cdp_ident.trial.joints import Samples
+from cdp_ident.trial.recorded_motion import clean, cut_at_gaps
 
 MS = 1_000_000
 ORIGIN = 10**18
@@ -15,10 +15,14 @@ ORIGIN = 10**18
 def cleaned(milliseconds, longest_gap=0.1):
     stamps = ORIGIN + np.array(milliseconds, dtype=np.int64) * MS
     number = np.arange(len(stamps), dtype=float)
-    cleaned = clean(Samples(stamps, np.column_stack([number, number]) * 1e-3, number))
-    pieces, gaps = cut_at_gaps(cleaned, longest_gap)
-    notes = "; ".join([*cleaned.notes, *gaps])
-    return [piece.cart.astype(int).tolist() for piece in pieces], [piece.time for piece in pieces], notes
+    pieces, notes = pieces_of(Samples(stamps, np.column_stack([number, number]) * 1e-3, number), longest_gap)
+    return [piece.samples.cart.astype(int).tolist() for piece in pieces], [piece.time for piece in pieces], notes
+
+
+def pieces_of(samples, longest_gap=0.1, **limits):
+    of_all, outlying, notes = clean(samples, **limits)
+    pieces, gaps = cut_at_gaps(of_all, outlying, longest_gap)
+    return pieces, "; ".join([*notes, *gaps])
 
 
 def test_good_samples_pass_as_they_are():
@@ -45,10 +49,9 @@ def test_a_clock_that_is_set_back_parts_the_recording_and_loses_nothing():
 def test_time_is_counted_on_where_the_clock_was_set_back_by_less_or_more_than_has_passed(back):
     stamps = ORIGIN + MS * np.concatenate([np.arange(0, 1000, 5), np.arange(1000, 2000, 5) - back])
     samples = Samples(stamps, np.zeros((len(stamps), 2)), np.arange(len(stamps), dtype=float))
-    found = clean(samples, start=0.2, stop=1.5)
-    pieces, _ = cut_at_gaps(found, 0.1)
-    assert [(piece.cart[0], piece.cart[-1]) for piece in pieces] == [(40, 199), (200, 301)]
-    assert found.time[-1] == pytest.approx(1.5)
+    pieces, _ = pieces_of(samples, start=0.2, stop=1.5)
+    assert [tuple(piece.samples.cart[[0, -1]]) for piece in pieces] == [(40, 199), (200, 301)]
+    assert pieces[-1].time[-1] == pytest.approx(1.5)
 
 
 def test_long_gaps_part_the_recording_and_short_ones_are_told():
@@ -61,13 +64,13 @@ def test_long_gaps_part_the_recording_and_short_ones_are_told():
 @given(st.lists(st.integers(0, 10**12), min_size=1, max_size=80))
 def test_whatever_the_stamps_times_increase_and_every_sample_is_used_at_most_once(stamps):
     samples = Samples(np.array(stamps), np.zeros((len(stamps), 2)), np.arange(len(stamps), dtype=float))
-    pieces, _ = cut_at_gaps(clean(samples), 0.1)
-    used = np.concatenate([piece.cart for piece in pieces])
+    pieces, _ = pieces_of(samples)
+    used = np.concatenate([piece.samples.cart for piece in pieces])
     assert len(np.unique(used)) == len(used)
     for piece in pieces:
         assert np.all(np.diff(piece.time) > 0)
         assert np.all(np.diff(piece.time) <= 0.1 + 1e-9)
-        assert np.allclose(np.diff(piece.time), np.diff(np.array(stamps)[piece.cart.astype(int)]) * 1e-9)
+        assert np.allclose(np.diff(piece.time), np.diff(np.array(stamps)[piece.samples.cart.astype(int)]) * 1e-9)
 
 
 @given(st.integers(0, 199), st.integers(0, 1), st.floats(-30, 30), st.floats(-12, 12))
@@ -77,12 +80,13 @@ def test_a_spike_of_any_size_is_left_out_and_adds_no_turn(at, joint, size, speed
     angles = np.column_stack([speed * np.arange(200) * 0.005, np.sin(np.arange(200) * 0.02)])
     spiked = angles.copy()
     spiked[at, joint] += size
-    (piece,), notes = cut_at_gaps(clean(Samples(ORIGIN + time, spiked, None)), 0.1)
+    samples = Samples(ORIGIN + time, spiked, None)
+    (piece,), notes = pieces_of(samples)
     rest = np.delete(angles, at, axis=0) if len(piece.time) == 199 else angles
     # At the ends there are neighbours on one side only.
     seen_from = 0.07 if 5 <= at < 195 else 0.3
     assert len(piece.time) == 199 or abs(np.mod(size + np.pi, 2 * np.pi) - np.pi) < seen_from
-    assert np.allclose(np.diff(piece.angles, axis=0), np.diff(rest, axis=0), atol=0.3)
+    assert np.allclose(np.diff(piece.samples.angles, axis=0), np.diff(rest, axis=0), atol=0.3)
     if len(piece.time) == 199 and 0 < at < 199:
-        assert piece.outliers == pytest.approx([at * 0.005])
-    assert notes == []
+        assert clean(samples)[1] == pytest.approx([at * 0.005])
+    assert notes == ""

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from cdp_ident.errors import TrialError
-from cdp_ident.trial.encoder_scale import least_misfit
 from cdp_ident.trial.find import find_trial
 from cdp_ident.trial.joints import Samples, model_angles
 from cdp_ident.trial.options import TrialOptions
@@ -86,19 +85,3 @@ def test_the_factor_that_the_refusal_names_puts_the_angles_right(samples):
 def test_factors_multiply_those_that_are_set_already(samples):
     with pytest.raises(TrialError, match=r"outer_scale: (0\.5|0\.49\d+|0\.50\d+) leaves"):
         find_trial(read_as(samples, 1.0, 0.5), TrialOptions(outer_scale=2.0))
-
-
-def test_of_several_minima_the_least_is_found():
-    def misfit(joints, logarithm):
-        if joints != ("outer",):
-            return 1.0 + 0.01 * logarithm**2
-        return 1.0 - 0.2 * np.exp(-(((logarithm - 1.0) / 0.05) ** 2)) - 0.5 * np.exp(-(((logarithm + 0.7) / 0.05) ** 2))
-
-    value, joints, logarithm = least_misfit(misfit)
-    assert (value, joints) == (pytest.approx(0.5, abs=1e-3), ("outer",))
-    assert logarithm == pytest.approx(-0.7, abs=1e-3)
-
-
-def test_where_nothing_can_be_computed_nothing_is_found():
-    value, _, _ = least_misfit(lambda joints, logarithm: np.inf)
-    assert value == np.inf
