@@ -36,9 +36,8 @@ _LONGEST = 3.0
 _PATIENCE = 4
 """Where friction begins to hold a joint or lets go, steps may go to and fro: they are halved each time that so many
 have not made the change smaller."""
-_TRIED, _STRAYING, _HOPELESS = 2, 10, 10.0
-"""After so many steps near its end, or so many in all, a search is given up where so many more like the last one would
-not make the misfit small enough."""
+_HOPELESS = 10.0
+"""A search is given up where so many more steps like the last one would not make the misfit small enough."""
 _BEYOND = 10.0
 """Torques grow at once where their impulses' squares are so many times what is expected."""
 _FREE = 0.05
@@ -127,9 +126,7 @@ class GaussNewton:
             change, self._freedom = share * step.change, step.freedom[1]
             before, self.misfit = self.misfit, step.misfit
             tried += near
-            if (tried >= _TRIED or self._steps >= _STRAYING) and max(
-                _HOPELESS * (before - self.misfit), 0.0
-            ) < self.misfit - to_beat:
+            if tried >= _PATIENCE and max(_HOPELESS * (before - self.misfit), 0.0) < self.misfit - to_beat:
                 break
             if change < least or (np.isfinite(adapted) and not near):
                 least, stalled = change, 0
