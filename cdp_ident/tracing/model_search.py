@@ -19,7 +19,7 @@ import numpy.typing as npt
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.likelihood.gauss_newton import SHOWN, GaussNewton
-from cdp_ident.likelihood.maxima import CLOSE_ENOUGH, ENOUGH_STEPS, other_maxima
+from cdp_ident.likelihood.maxima import CLOSE_ENOUGH, ENOUGH_STEPS, likelier_maximum, other_maxima
 from cdp_ident.likelihood.scores import Score
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.machine.parallel import parallel_map
@@ -155,6 +155,9 @@ class ModelSearch:
         if hides_more(best):
             tried += self._fit_all(hidden, min(best.misfit, self.best.misfit))
         best, what = self._most_probable(tried)
+        if 0.0 <= self.cost(best) < imitated(best):
+            # Torques may follow what it explains: without them it may be far more likely.
+            best = self.fitted[_key(best.model)] = likelier_maximum(best)
         if self.cost(best) < 0.0:
             self._note(f"{action} {' and '.join(what)}", best, tried)
             return True
