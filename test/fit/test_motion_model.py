@@ -52,7 +52,8 @@ def with_effects(*keys):
 def derivatives_of(model, values, start, window):
     """Return what encoders show in a window, and its derivatives by the state at its beginning and the unknowns."""
     (whole,) = Swing.of(Trial("", window.time, window.theta), 0, STEP_OF_GRID, window.duration)
-    whole = replace(whole, trial=window.trial, begin=window.begin, u=(window.u,), weights=window.weights)
+    times = whole.times._replace(u=window.u, begin=np.array([window.begin]))
+    whole = replace(whole, trial=window.trial, begin=window.begin, times=times, weights=window.weights)
     linear = whole.linearised(model, values, start[None])
     by = np.zeros((len(window.time), 2, model.states + len(values)))
     by[..., [*range(model.states), *(model.states + linear.columns)]] = linear.slopes
