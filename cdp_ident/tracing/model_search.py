@@ -102,7 +102,8 @@ class ModelSearch:
         """Go on until no neighbour is more probable.
 
         Args:
-            suggested: by something else than scores, to be tried at the first step, too.
+            suggested: by something else than scores, to be tried at the first step where scored ones leave more than
+                noise.
 
         Raises:
             InterruptedSearchError: the search is asked to stop.
@@ -155,7 +156,7 @@ class ModelSearch:
         if hides_more(best):
             tried += self._fit_all(hidden, min(best.misfit, self.best.misfit))
         best, what = self._most_probable(tried)
-        if 0.0 <= self.cost(best) < imitated(best):
+        if best is not self.best and 0.0 <= self.cost(best) < imitated(best):
             # Torques may follow what it explains: without them it may be far more likely.
             best = self.fitted[_key(best.model)] = likelier_maximum(best)
         if self.cost(best) < 0.0:

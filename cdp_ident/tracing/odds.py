@@ -34,13 +34,11 @@ def ambiguity(active: ActiveEffect, recorded: Recorded) -> float:
     What happens at an instant may happen at any, and any trial may differ from the others; harmonics of a turn are one
     effect. A nonparametric torque is as unlikely as two effects that have one.
     """
-    effect, forms = active.effect, 1.0
+    effect, forms = active.effect, _AGAINST ** (_size(active) - 1)
     if effect.at_an_instant:
         forms = recorded.nodes
     elif active.trial is not None:
         forms = len(recorded.trials)
-    elif effect.curve:
-        forms = _AGAINST
     elif effect.harmonic:
         forms = sum((one.name, one.joint) == (effect.name, effect.joint) for one in known_effects())
     return 2.0 * math.log(forms)
@@ -58,7 +56,7 @@ def cost(found: WholeSwings, than: WholeSwings) -> float:
     Where torques are missing that no law gives, an effect may imitate a share of them. So what the larger of both
     models has more is to explain that share of the impulses that are still unknown: each is that much evidence.
     """
-    more = _size(found.model) - _size(than.model)
+    more = _size_of(found.model) - _size_of(than.model)
     unlikely = unlikelihood_of(found.model, found.recorded) - unlikelihood_of(than.model, than.recorded)
     return found.misfit - than.misfit + unlikely + more * imitated(found if more > 0 else than)
 
@@ -68,6 +66,11 @@ def imitated(found: WholeSwings) -> float:
     return _IMITATED * float(np.sum(found.freedom[found.is_missing]))
 
 
-def _size(model: MotionModel) -> int:
-    """Return how many effects a model has; a nonparametric torque counts as two, zeros of each trial as one."""
-    return bool(model.zeros) + sum(2 if active.effect.curve else 1 for active in model.effects)
+def _size(active: ActiveEffect) -> int:
+    """Return as how many effects one counts: a nonparametric torque as two."""
+    return 2 if active.effect.curve else 1
+
+
+def _size_of(model: MotionModel) -> int:
+    """Return how many effects a model has; zeros of each trial count as one."""
+    return bool(model.zeros) + sum(map(_size, model.effects))
