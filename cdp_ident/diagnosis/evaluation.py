@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Errors of a model with given values, simulated against measured motion, and whether it follows that at all."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,6 +44,9 @@ class Errors:
     """The same for theta2 [%]."""
 
 
+_NO_MOTION = Errors(np.inf, np.inf, np.inf, sse_free_run=np.inf, fit_theta1=-np.inf, fit_theta2=-np.inf)
+
+
 @dataclass(frozen=True)
 class ErrorsByRole:
     """Errors of a model over motion of each role."""
@@ -63,38 +66,43 @@ def evaluate(model: MotionModel, values: Array, data: Data, enough: float) -> Er
         enough: motion over whose windows errors are taken, where there is more [s]; see `fit/share.py`. Those of whole
             trials, Eq. (10), are always over all.
     """
-    fitted, held_out = (
-        _errors_over(model, values, windows, data.trials, enough) for windows in (data.fit, data.holdout)
+
+    def followed(windows: Sequence[Window]) -> Fit | None:
+        share = [windows[index] for index in share_of([window.duration for window in windows], enough)]
+        try:
+            return fit_initial_states(model, values, share)
+        except (IdentificationError, np.linalg.LinAlgError):  # under these values there may be no motion
+            return None
+
+    return errors_by_role(followed(data.fit), followed(data.holdout), data)
+
+
+def errors_by_role(fit: Fit | None, holdout: Fit | None, data: Data) -> ErrorsByRole:
+    """Return the errors of a model that was followed over windows that were fitted, and over those that were held out.
+
+    They are infinite where there is no motion.
+    """
+    every = holdout or fit  # over what was held out a model knows the zeros of trials held out, too
+    runs = free_runs(every, data.trials, data.window) if every else {}
+    return ErrorsByRole(
+        *(
+            errors_of(followed, runs, windows) if followed else _NO_MOTION
+            for followed, windows in ((fit, data.fit), (holdout, data.holdout))
+        )
     )
-    return ErrorsByRole(fitted, held_out)
 
 
-def _errors_over(
-    model: MotionModel, values: Array, windows: Sequence[Window], trials: Sequence[Trial], enough: float
-) -> Errors:
-    share = [windows[index] for index in share_of([window.duration for window in windows], enough)]
-    try:
-        return errors_of(fit_initial_states(model, values, share), trials, windows)
-    except (IdentificationError, np.linalg.LinAlgError):  # under values that were not fitted there may be no motion
-        worst = float("inf")
-        return Errors(worst, worst, worst, sse_free_run=worst, fit_theta1=-worst, fit_theta2=-worst)
-
-
-def errors_of(fit: Fit, trials: Sequence[Trial], windows: Sequence[Window] = ()) -> Errors:
+def errors_of(fit: Fit, runs: Mapping[int, Array], windows: Sequence[Window]) -> Errors:
     """Return the errors of a fit.
 
     Args:
         fit: to some windows.
-        trials: those that these are of.
-        windows: over which Eq. (10) is taken, where these are others.
+        runs: see `free_runs`.
+        windows: over which Eq. (10) is taken.
     """
-    windows = windows or fit.windows
-
-    def free_run_of(index: int) -> float:
-        return _free_run(fit.model, fit.values, [window for window in windows if window.trial == index], trials[index])
-
-    squared = sum(parallel_map(free_run_of, sorted({window.trial for window in windows})))
-    return Errors(fit.rmse(), fit.rmse(0), fit.rmse(1), float(squared), *map(float, fit_per_cent(fit)))
+    squared = sum(float(np.sum(runs[window.trial][window.samples] ** 2)) for window in windows)
+    squared = squared if np.isfinite(squared) else np.inf
+    return Errors(fit.rmse(), fit.rmse(0), fit.rmse(1), squared, *map(float, fit_per_cent(fit)))
 
 
 def fit_per_cent(fit: Fit) -> Array:
@@ -130,17 +138,19 @@ def start_of(model: MotionModel, values: Array, trial: Trial, index: int, durati
     return fit_initial_states(model, values, [beginning_of(trial, index, duration)]).windows[0].start
 
 
-def _free_run(model: MotionModel, values: Array, windows: Sequence[Window], trial: Trial) -> float:
-    """Return the squared error [rad^2] over windows of a trial that is simulated as a whole from its first window.
+def free_runs(fit: Fit, trials: Sequence[Trial], duration: float) -> dict[int, Array]:
+    """Return measured minus simulated angles (n, 2) [rad] of one simulation of each whole trial, by its number.
 
-    It is infinite where no motion can be computed.
+    They are infinite where no motion can be computed. Arguments are those of `free_run`.
     """
-    try:
-        error = trial.theta - free_run(model, values, trial, windows[0].trial, windows[0].duration)
-    except IdentificationError:
-        return float("inf")
-    squared = float(sum(np.sum(error[window.samples] ** 2) for window in windows))
-    return squared if np.isfinite(squared) else float("inf")
+
+    def left(index: int) -> Array:
+        try:
+            return trials[index].theta - free_run(fit.model, fit.values, trials[index], index, duration)
+        except IdentificationError:
+            return np.full_like(trials[index].theta, np.inf)
+
+    return dict(enumerate(parallel_map(left, range(len(trials)))))
 
 
 def refuse_a_failed_fit(fits: Sequence[Fit], noise: float) -> None:

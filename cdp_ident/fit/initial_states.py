@@ -10,7 +10,6 @@ motion. So no first guess matters, however chaotic the motion is, and a rod at r
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -21,16 +20,18 @@ from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.windows import NEAR_STEPS, Window
 from cdp_ident.machine.parallel import parallel_map
 from cdp_ident.model.layout import RODS_STATES
+from cdp_ident.model.steps import Times
 from cdp_ident.trial.differences import MEDIAN_OF_SIZE
 
 Array = npt.NDArray[np.float64]
 
 OUTLIER = 6.0
 """Residuals beyond so many robust standard deviations lose weight (Huber, Robust Statistics, 1981)."""
-_NOTHING = 1e-6
-"""Steps end where one changes residuals by less than this share of their squares. A direction of the initial state that
-moves the angles by less than this share of what another one does is left as the samples show it: a joint that stops at
-once hides the speed that it begins with."""
+_ENOUGH = 1e-4
+"""Steps end where one changes residuals by less than this share of their squares: errors are as exact as that."""
+_UNSEEN = 1e-6
+"""A direction of the initial state that moves the angles by less than this share of what another one does is left as
+the samples show it: a joint that stops at once hides the speed that it begins with."""
 _MOST_STEPS = 12
 """Steps of a window: three or four do, unless joints that stick make them go to and fro."""
 _SHARES = 0.25 ** np.arange(6)
@@ -114,8 +115,9 @@ class _Shooting:
         Raises:
             IdentificationError: no motion can be computed.
         """
-        pieces = self.window.pieces(2 * NEAR_STEPS)
-        starts = np.array([self.model.initial_state(piece.start) for piece in pieces])
+        window = self.window
+        pieces = window.in_pieces(2 * NEAR_STEPS)
+        starts = np.array([self.model.initial_state(start) for start in window.states(pieces.begin - window.begin)])
         begins, is_small = [starts[0]], False
         while not is_small and len(begins) <= _MOST_STEPS:
             change, is_small = self._step(pieces, starts)
@@ -125,9 +127,9 @@ class _Shooting:
             begins.append(starts[0])
         best = self._best_of(begins[-1:] if is_small else begins)
         for _ in range(0 if is_small else _MOST_STEPS):
-            change, is_small = self._step([self.window], best.start[None])
+            change, is_small = self._step(window.in_pieces(), best.start[None])
             before, best = best, self._best_of([best.start, *(best.start + _SHARES[:, None] * change)])
-            if is_small or not best.cost < (1.0 - _NOTHING) * before.cost:
+            if is_small or not best.cost < (1.0 - _ENOUGH) * before.cost:
                 break
         if not np.isfinite(best.cost):
             raise IdentificationError("the model's motion cannot be computed from the parameters to begin with")
@@ -135,38 +137,43 @@ class _Shooting:
 
     def _best_of(self, starts: Sequence[Array]) -> _Motion:
         """Return the best of the motions from several initial states."""
-        found, tried = self.model.motions_in(self.values, starts, [self.window] * len(starts)), list[_Motion]()
-        for start, theta in zip(starts, np.split(found.readings, len(starts)), strict=True):
-            errors = self.window.theta - theta
+        tried = list[_Motion]()
+        for start in starts:
+            errors = self.window.theta - self.model.predict(self.values, start, self.window)
             cost = float(np.sum(errors**2))
             tried.append(_Motion(cost if np.isfinite(cost) else np.inf, start, errors))
         return min(tried, key=lambda motion: motion.cost)
 
-    def _step(self, pieces: Sequence[Window], starts: Array) -> tuple[Array, bool]:
+    def _step(self, pieces: Times, starts: Array) -> tuple[Array, bool]:
         """Return a step (pieces, states) from the states in which pieces begin, and whether it changes nothing.
 
         A piece begins where the one before ends. So each of these states is a function of the first one, as far as that
         is linear (condensing). There is no step where there is no motion: the numbers are not finite then.
         """
-        found = self.model.motions_in(self.values, starts, pieces, derive=True)
+        found = self.model.motions_in(self.values, starts, self.window, pieces, derive=True)
         if not all(np.all(np.isfinite(of)) for of in (found.readings, found.by, found.ends, found.ends_by)):
             return np.full(starts.shape, np.nan), False
-        errors, samples = self.window.theta - found.readings, [slice(*of) for of in pairwise(found.bounds.tolist())]
+        errors, n = self.window.theta - found.readings, starts.shape[1]
         limit = max(OUTLIER * float(np.median(np.abs(errors))) / MEDIAN_OF_SIZE, np.finfo(float).tiny)
         roots = 1.0 / np.sqrt(np.maximum(np.abs(errors) / limit, 1.0))
         residuals, slopes = roots * errors, roots[..., None] * found.by
-        by_first, joined = [np.eye(starts.shape[1])], [np.zeros(starts.shape[1])]
+        by_first, joined = [np.eye(n)], [np.zeros(n)]
         for by, end, after in zip(found.ends_by, found.ends, starts[1:], strict=False):
             by_first.append(by @ by_first[-1])
             joined.append(by @ joined[-1] + end - after)
-        rows = [slopes[own] @ by for own, by in zip(samples, by_first, strict=True)]
-        right = [residuals[own] - slopes[own] @ by for own, by in zip(samples, joined, strict=True)]
-        by_start, target = np.concatenate(rows).reshape(-1, starts.shape[1]), np.concatenate(right).ravel()
+        piece = np.repeat(np.arange(len(starts)), np.diff(found.bounds))
+
+        def moved(by: Array) -> Array:
+            """Return what changes of the states (pieces, n) do to the residuals."""
+            return np.asarray(np.einsum("sij,sj->si", slopes, by[piece]).ravel())
+
+        by_start = (slopes @ np.array(by_first)[piece]).reshape(-1, n)
+        target = residuals.ravel() - moved(np.array(joined))
         scale = self._scale(by_start)
-        first = scale * np.linalg.lstsq(by_start * scale, target, rcond=_NOTHING)[0]
+        first = scale * np.linalg.lstsq(by_start * scale, target, rcond=_UNSEEN)[0]
         change = np.array(by_first) @ first + joined
-        changed = sum(float(np.sum((slopes[own] @ of) ** 2)) for own, of in zip(samples, change, strict=True))
-        return change, changed <= _NOTHING * float(np.sum((target - by_start @ first) ** 2))
+        left = target - by_start @ first
+        return change, float(np.sum(moved(change) ** 2)) <= _ENOUGH * float(left @ left)
 
     def _scale(self, by_start: Array) -> Array:
         """Return factors (states,) for the columns of a step's equations.
@@ -187,7 +194,7 @@ def _with_zeros(found: Fit, trials: Sequence[int]) -> Array:
         rows = list[Array]()
         for window, errors in zip(found.windows, found.errors, strict=True):
             if window.trial == trial:
-                by_start = model.motions_in(found.values, [window.start], [window], derive=True).by
+                by_start = model.motions_in(found.values, window.start[None], window, derive=True).by
                 basis, _ = np.linalg.qr(by_start.reshape(-1, model.states))
                 others = np.concatenate([np.tile(by_zeros, (len(errors), 1)), errors.reshape(-1, 1)], axis=1)
                 rows.append(others - basis @ (basis.T @ others))

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The model as a fit sees it: the motion that follows from the numbers that are adjusted."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -14,8 +13,9 @@ from cdp_ident.fit.windows import Window
 from cdp_ident.model.acting import ActingEffects
 from cdp_ident.model.effects.motors import MOTORS
 from cdp_ident.model.layout import RODS_STATES
-from cdp_ident.model.motions import InitialValueProblem, Motions, motions
+from cdp_ident.model.motions import Motions, motions_over
 from cdp_ident.model.parameters import COEFFICIENTS, GROUPS, INVERSE_INERTIA, coefficients_of
+from cdp_ident.model.steps import Times
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
@@ -91,32 +91,25 @@ class MotionModel(ModelUnknowns):
             start: state at the window's beginning.
             window: gives the trial and the times.
         """
-        return self.motions_in(values, [start], [window]).readings
+        return self.motions_in(values, start[None], window).readings
 
     def motions_in(
-        self, values: Array, starts: Sequence[Array] | Array, windows: Sequence[Window], derive: bool = False
+        self, values: Array, starts: Array, window: Window, times: Times | None = None, derive: bool = False
     ) -> Motions:
-        """Return the motions in windows of one trial from their initial states, their samples end to end.
+        """Return the motions in the pieces of a window from their initial states, their samples end to end.
 
         Args:
             values: (unknowns,) values of the unknowns.
-            starts: (states,) at each window's beginning.
-            windows: give the trial and the times.
+            starts: (pieces, states) at the beginning of each.
+            window: what is followed.
+            times: of its pieces; it is one by default.
             derive: whether derivatives by these states are wanted.
         """
-        trial = windows[0].trial
-        weighted = self.with_weights(values, windows[0].weights)
+        trial, begins = window.trial, np.array([self.initial_state(start) for start in starts])
+        weighted = self.with_weights(values, window.weights)
         acting = self.acting(weighted.values, trial, weighted.carried).without_directions()
         coefficients = self.coefficients(weighted.values)
-        found = motions(
-            [
-                InitialValueProblem(
-                    coefficients, self.initial_state(start), window.grid, window.u, acting, window.begin, window.drive
-                )
-                for start, window in zip(starts, windows, strict=True)
-            ],
-            derive,
-        )
+        found = motions_over(times or window.in_pieces(), coefficients, begins, acting, derive)
         place = self.zero_places(trial)
         of_zeros = self.by_zeros @ values[place] if place.start < place.stop else 0.0
         # Both absolute angles contain the inner encoder's.

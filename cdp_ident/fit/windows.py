@@ -7,12 +7,13 @@ whatever its parameters. Windows are two small swings long, or shorter where the
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
 
+from cdp_ident.model.steps import Times
 from cdp_ident.model.time_grid import DEFAULT_STEP, TimeGrid, interpolated
 from cdp_ident.model.weights import Weight
 from cdp_ident.trial.kinematics import local_motion
@@ -80,30 +81,26 @@ class Window:
         """Where its samples are in the trial."""
         return slice(self.first, self.first + len(self.theta))
 
-    def pieces(self, steps: int) -> list["Window"]:
-        """Return it in pieces of so many steps of the integrator, each with an initial state by the samples."""
-        firsts = np.arange(0, self.grid.steps, steps)
-        samples = [*self.grid.first_sample[firsts].tolist(), len(self.time)]
-        since = np.asarray(firsts * self.grid.step, dtype=float)
-        angles, velocities = local_motion(self.time, self.theta, since, NEAR_STEPS * self.grid.step)
-        pieces = []
-        for k, (first, (begin, end)) in enumerate(zip(firsts.tolist(), pairwise(samples), strict=True)):
-            last = min(first + steps, self.grid.steps)
-            own, halves = slice(begin, end), slice(2 * first, 2 * last + 1)
-            pieces.append(
-                replace(
-                    self,
-                    first=self.first + begin,
-                    begin=self.begin + since[k],
-                    time=self.time[own] - since[k],
-                    theta=self.theta[own],
-                    grid=TimeGrid(self.grid.step, last - first, self.grid.place[own] - first),
-                    u=self.u[halves],
-                    start=np.concatenate([angles[k], velocities[k]]),
-                    drive=None if self.drive is None else self.drive[halves],
-                )
-            )
-        return pieces
+    def in_pieces(self, steps: int | None = None) -> Times:
+        """Return when its motion is computed, in pieces of so many steps of the integrator; in one by default."""
+        grid, drive = self.grid, np.zeros((0, 2)) if self.drive is None else self.drive
+        edges = np.append(np.arange(0, grid.steps, steps or grid.steps), grid.steps)
+        samples_at, firsts = grid.first_sample[edges], edges[:-1]
+        # Each piece has its own beginning and end among the half steps.
+        halves = np.arange(2 * grid.steps + len(firsts)) - np.repeat(np.arange(len(firsts)), 2 * np.diff(edges) + 1)
+        return Times(
+            begin=self.begin + firsts * grid.step,
+            step=np.full(len(firsts), grid.step),
+            steps_at=edges,
+            samples_at=samples_at,
+            place=grid.place - np.repeat(firsts, np.diff(samples_at)),
+            u=self.u[halves],
+            drive=drive[halves] if len(drive) else drive,
+        )
+
+    def states(self, at: Array) -> Array:
+        """Return the rods' states (n, 4) at times (n,) since its beginning [s], as the samples near them show these."""
+        return np.concatenate(local_motion(self.time, self.theta, at, NEAR_STEPS * self.grid.step), axis=1)
 
 
 def cut_into_windows(trials: Sequence[Trial], duration: float = DEFAULT_WINDOW) -> list[Window]:

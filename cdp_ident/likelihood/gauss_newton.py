@@ -29,8 +29,8 @@ Array = npt.NDArray[np.float64]
 
 MOST_STEPS = 60
 _ROUGHLY, CLOSE = 1.0, 0.03
-"""Standard deviations are estimated once no step changes a value by more than the first share of its own, and steps end
-where none changes by more than the second."""
+"""Standard deviations are estimated once a step, or what is to be expected of the next one, changes no value by more
+than the first share of its own, and steps end where none changes by more than the second."""
 _LONGEST = 3.0
 """Largest change of a torque's logarithm in a step."""
 _PATIENCE = 4
@@ -97,36 +97,51 @@ class GaussNewton:
         Raises:
             IdentificationError: no motion can be computed.
         """
-        change, adapted, least, stalled, tried, share = np.inf, np.inf, np.inf, 0, 0, 1.0
+        change, rest, bend, least, stalled, tried, share, is_same = np.inf, np.inf, np.inf, np.inf, 0, 0, 1.0, False
         begun: tuple[Array, list[Array]] | None = None
         for self._steps in range(most_steps + 1):
-            if not self._linearise():
+            # Where it goes on from an end it is linear already.
+            if (self._steps > 0 or not self._linear) and not self._linearise():
                 if begun is None or self._steps == most_steps:
                     raise IdentificationError("the motion between nodes cannot be computed")
                 # A step that leads where there is no motion is halved.
                 self.values = 0.5 * (begun[0] + self.values)
                 self.states = [0.5 * (old + new) for old, new in zip(begun[1], self.states, strict=True)]
+                is_same = False
                 continue
-            begun = self.values, self.states
-            self.converged = max(change, adapted) < self._close
-            if self.converged or self._steps == most_steps:
+            if self._steps == most_steps:
                 break
-            if change < _ROUGHLY and self._taken < _TELLING and not held:
+            begun = self.values, self.states
+            if rest < _ROUGHLY and self._taken < _TELLING and not held:
                 self._look_at_residuals()
+                is_same = False
             # Where the motion is nearly linear in all that changes, standard deviations need no other linearisation.
-            for _ in range(most_steps if change < _ROUGHLY else 1):
-                step, torque = self._step(), self._noise.torque
-                near = share * step.change < _ROUGHLY
+            for _ in range(most_steps if rest < _ROUGHLY else 1):
+                step, torque, adapted = self._step(), self._noise.torque, np.inf
+                before, change = change, share * step.change
+                if is_same:  # after Newton's steps changes fall as their squares
+                    bend = change / before**2
+                rest, is_same = min(change, bend * change**2), False
+                near = rest < _ROUGHLY
                 if held:
                     self._noise = self._of_readings(step.freedom)[0]
                     break
-                adapted = self._adapt(step.freedom, near) if near or step.is_beyond else np.inf
-                if not near or adapted < self._close:
+                if near or step.is_beyond:
+                    adapted = self._adapt(step.freedom, near)
+                else:
+                    is_same = share == 1.0
+                if not near:
                     break
-            change, self._freedom = share * step.change, step.freedom[1]
-            before, self.misfit = self.misfit, step.misfit
+                self._noise = self._noise.with_tails(step.impulses, self._swings, torque, self._recorded.least_torque)
+                if adapted < self._close:
+                    break
+            self._impulses, self._freedom = step.impulses, step.freedom[1]
+            misfit, self.misfit = self.misfit, step.misfit
+            self.converged = max(change, adapted) < self._close
+            if self.converged:
+                break
             tried += near
-            if tried >= _PATIENCE and max(_HOPELESS * (before - self.misfit), 0.0) < self.misfit - to_beat:
+            if tried >= _PATIENCE and max(_HOPELESS * (misfit - self.misfit), 0.0) < self.misfit - to_beat:
                 break
             if change < least or (np.isfinite(adapted) and not near):
                 least, stalled = change, 0
@@ -136,9 +151,6 @@ class GaussNewton:
                 least, stalled, share = np.inf, 0, 0.5 * share
             self.values = self.values + share * (step.values - self.values)
             self.states = [old + share * (new - old) for old, new in zip(self.states, step.states, strict=True)]
-            self._impulses = step.impulses
-            if change < _ROUGHLY and not held:
-                self._noise = self._noise.with_tails(step.impulses, self._swings, torque, self._recorded.least_torque)
         return self
 
     def _linearise(self) -> bool:

@@ -19,6 +19,8 @@ Array = npt.NDArray[np.float64]
 CLOSE_ENOUGH, ENOUGH_STEPS = 0.3, 30
 """A model is compared with others once no step changes it by more than this share of a standard deviation, or after so
 many steps: one that is far from the motion needs no more to be known for that."""
+_FEW_STEPS = 4
+"""After so many steps the best of several beginnings shows."""
 SPACING, NEAR = 0.5, 0.2
 """Between nodes, in time units: where nothing is missing, and where torques are, whose impulses are at the nodes."""
 _MISSING = 4.0
@@ -62,6 +64,34 @@ def most_likely(
     if not found.converged:
         raise IdentificationError(f"the most likely motion was not found in {found.steps} steps")
     return found
+
+
+def best_of(
+    searches: Sequence[GaussNewton], to_beat: float = np.inf, most_steps: int = ENOUGH_STEPS
+) -> tuple[WholeSwings | None, list[str]]:
+    """Return what the best of several searches for one model finds: a few steps of each, and the best one to the end.
+
+    It is None where no motion can be computed; beside it is why, of each where it cannot be.
+
+    Args:
+        searches: which differ in where they begin.
+        to_beat: see `GaussNewton.run`.
+        most_steps: after so many, the best one ends where it is.
+    """
+    begun, failures = list[GaussNewton](), list[str]()
+    for search in searches:
+        try:
+            begun.append(search.run(min(_FEW_STEPS, most_steps) if len(searches) > 1 else most_steps, to_beat))
+        except (IdentificationError, np.linalg.LinAlgError) as error:
+            failures.append(str(error))
+    try:
+        if begun:
+            best = min(begun, key=lambda one: one.misfit)
+            ended = best.converged or len(searches) == 1
+            return (best if ended else best.run(most_steps, to_beat)).found(), failures
+    except (IdentificationError, np.linalg.LinAlgError) as error:
+        failures.append(str(error))
+    return None, failures
 
 
 def other_maxima(found: WholeSwings, to_beat: float = np.inf) -> list[WholeSwings]:

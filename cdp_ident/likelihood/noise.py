@@ -23,8 +23,6 @@ _SURE, _LONGEST_MEMORY = 4.0, 0.99
 _MM_STEPS, _CHANGES_LITTLE = 50, 1e-4
 """So many steps find errors of time, or fewer if one changes no size by more than this share; what is missing then, the
 next look at the residuals brings."""
-_REGULAR = 1.5
-"""Noise is forgotten between readings that are further apart than so many usual steps."""
 
 
 @dataclass(frozen=True)
@@ -165,11 +163,7 @@ class Noise:
 
     def _follows(self, swing: Swing) -> npt.NDArray[np.bool_]:
         """Return whether each reading's noise remembers the one before (samples, 2)."""
-        steps = np.diff(swing.time)
-        whole = swing.counts == 1.0
-        follows = np.zeros(swing.counts.shape, dtype=bool)
-        follows[1:] = whole[1:] & whole[:-1] & (steps < _REGULAR * np.median(steps))[:, None]
-        return follows & (self.kept > 0.0)
+        return swing.follows & (self.kept > 0.0)
 
     def _roots(self, swing: Swing, new: Array, by_time: Array) -> Array:
         """Return one over the standard deviation (samples, 2) of what is new; outliers have a larger one.
@@ -186,9 +180,14 @@ class Noise:
 
     def logarithm(self, swing: Swing, linear: Linearised) -> float:
         """Return the logarithm of the determinant of the covariance of a swing's readings, given those before."""
-        variances = self.new**2 * np.where(self._follows(swing), 1.0, self._gain)
-        by_time = np.sum((swing.counts > 0.0) * (self.time * linear.rates) ** 2 / variances, axis=1)
-        return float(np.sum(np.log(variances)[swing.counts > 0.0]) + np.sum(np.log1p(by_time)))
+        counted = swing.counts > 0.0
+        variances = self.new**2 * (
+            np.ones((1, 2)) if self.is_white else np.where(self._follows(swing), 1.0, self._gain)
+        )
+        found = float(np.sum(counted * np.log(variances)))
+        if self.time > 0.0:
+            found += float(np.sum(np.log1p(np.sum(counted * (self.time * linear.rates) ** 2 / variances, axis=1))))
+        return found
 
     def with_errors_of_time(self, swings: Sequence[Swing], linear: Sequence[Linearised]) -> "Noise":
         """Return white noise and errors of time as the residuals show them, at the maximum of their likelihood.

@@ -70,7 +70,7 @@ def known_of(active: ActiveEffect, unit: float) -> tuple[Array, Array]:
 def typical(parameter: EffectParameter, unit: float) -> float:
     """Return a parameter's typical value on a rig with a time unit [s]."""
     scaled = parameter.typical * (unit / _TYPICAL_UNIT) ** _SECONDS.get(parameter.unit, 0)
-    return float(np.clip(scaled, parameter.lower, parameter.upper))
+    return float(min(max(scaled, parameter.lower), parameter.upper))
 
 
 def _width(parameter: EffectParameter, unit: float) -> float:

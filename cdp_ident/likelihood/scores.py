@@ -32,6 +32,8 @@ _OVERFLOWS = 1e100
 _SEEN = 1e-6
 """A strength is seen where the readings say more of it than this share of what the model's own values can imitate, and
 of what is known beforehand."""
+_UNDETERMINED = 1e-14
+"""Least share of the largest scaled precision in any direction of strengths."""
 _PART = 1e-6
 """An unknown torque has a part in an impulse from this share on."""
 _SEEN_AT_ONCE = 1e-6
@@ -152,14 +154,18 @@ def _scores(found: WholeSwings, candidates: Sequence[tuple[ActiveEffect, Array]]
         curvature, slope = left.others[np.ix_(at, at)], -left.others[at, -1]
         whole = curvature + precision
         scale = 1.0 / np.sqrt(np.diag(whole))
-        scaled = whole * np.outer(scale, scale)
-        strengths = scale * minimum_within_limits(scaled, scale * slope, lower / scale, upper / scale)
+        sizes, vectors = np.linalg.eigh(whole * np.outer(scale, scale))
+        roots = scale[:, None] * vectors / np.sqrt(np.maximum(sizes, _UNDETERMINED * sizes[-1]))
+        inverse = roots @ roots.T
+        strengths = inverse @ slope
+        if np.any((strengths < lower) | (strengths > upper)):
+            strengths = minimum_within_limits(whole, slope, lower, upper)
         gain = float(2.0 * strengths @ slope - strengths @ whole @ strengths)
         if not np.isfinite(gain) or gain <= 0.0:
             continue
         # What the priors' and the posterior's volumes do is left as it is where no strength is at a limit.
-        inverse = np.linalg.pinv(scaled, hermitian=True) * np.outer(scale, scale)
-        logarithm = np.linalg.slogdet(scaled)[1] - 2.0 * np.sum(np.log(scale)) - np.linalg.slogdet(precision)[1]
+        logarithm = np.sum(np.log(np.maximum(sizes, _UNDETERMINED * sizes[-1]) / scale**2))
+        logarithm -= np.linalg.slogdet(precision)[1]
         all_values = beginning.copy()
         all_values[strong] = strengths
         by = imitated[:, at]

@@ -4,6 +4,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +23,8 @@ from cdp_ident.trial.trial import Trial
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 
+_REGULAR = 1.5
+"""Readings that are further apart than so many usual steps do not follow one another."""
 _READINGS = np.array([[1.0, 0.0], [-1.0, 1.0]])
 """What the inner and the outer encoder measure of theta1 and theta2."""
 
@@ -136,6 +139,14 @@ class Swing:
         states = np.zeros((len(nodes), model.states + (self.time_std > 0.0)))
         states[:, :RODS_STATES] = np.concatenate([angles, speeds], axis=1)
         return states
+
+    @cached_property
+    def follows(self) -> npt.NDArray[np.bool_]:
+        """(samples, 2) whether each reading follows another one of its encoder as soon as usual, neither repeated."""
+        steps, whole = np.diff(self.time), self.counts == 1.0
+        follows = np.zeros(self.counts.shape, dtype=bool)
+        follows[1:] = whole[1:] & whole[:-1] & (steps < _REGULAR * np.median(steps))[:, None]
+        return follows
 
     @property
     def spacing(self) -> float:

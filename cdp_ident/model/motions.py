@@ -84,17 +84,20 @@ def motions(problems: Sequence[InitialValueProblem], derive: bool = False, shown
     return _computed(effects, given, starts, _times(problems), derive, shown)
 
 
-def motions_over(times: Times, coefficients: Array, starts: Array, effects: ActingEffects) -> Motions:
-    """Return what encoders show of motions of one pendulum, and the derivatives; see `motions`.
+def motions_over(
+    times: Times, coefficients: Array, starts: Array, effects: ActingEffects, derive: bool = True
+) -> Motions:
+    """Return what encoders show of motions of one pendulum, by default with derivatives; see `motions`.
 
     Args:
         times: when they are computed and read, and what moves the cart and the joints.
         coefficients: (7,) `COEFFICIENTS` of the pendulum.
         starts: (motions, states) states at the beginnings.
         effects: that act.
+        derive: whether derivatives are wanted.
     """
     given = np.tile(_given(coefficients, effects), (len(starts), 1))
-    return _computed(effects, given, starts, times, derive=True, shown=True)
+    return _computed(effects, given, starts, times, derive, shown=True)
 
 
 def _computed(effects: ActingEffects, given: Array, starts: Array, times: Times, derive: bool, shown: bool) -> Motions:

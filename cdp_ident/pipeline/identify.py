@@ -21,7 +21,7 @@ from cdp_ident.fit.roles import assign_roles
 from cdp_ident.fit.scales import scales_of
 from cdp_ident.fit.thinning import thinned
 from cdp_ident.likelihood.gauss_newton import GaussNewton
-from cdp_ident.likelihood.maxima import CLOSE_ENOUGH, ENOUGH_STEPS, NEAR, likelier_maximum
+from cdp_ident.likelihood.maxima import CLOSE_ENOUGH, NEAR, best_of, likelier_maximum
 from cdp_ident.likelihood.noise import Noise
 from cdp_ident.likelihood.recorded import fitted_recorded, states_of
 from cdp_ident.likelihood.whole_swing import WholeSwings
@@ -113,23 +113,21 @@ def _paper_s_model(
     inertia = float(inertia_about_cart(search.best, prior.length))
     begins = [model.initial_values(groups_of(search.best, prior.length), inertia)]
     if balanced:
-        begins.append(model.initial_values(balanced.groups, balanced.inertia, balanced.length))
+        begins.insert(0, model.initial_values(balanced.groups, balanced.inertia, balanced.length))
     recorded = fitted_recorded(data, NEAR, enough)
+    states = states_of(recorded, model)
     noise = Noise.white(recorded.encoders, recorded.large_torque)
-    failures = list[str]()
-    for most_steps in (ENOUGH_STEPS, 0):
-        found = list[WholeSwings]()
-        for values in begins:
-            try:
-                states = states_of(recorded, model)
-                steps = GaussNewton(model, values, recorded, states, noise, CLOSE_ENOUGH)
-                found.append(steps.run(most_steps).found())
-            except (IdentificationError, np.linalg.LinAlgError) as error:
-                failures.append(str(error))
-        if found:
-            lost = "" if most_steps else f"the fit failed: {failures[0]}; check L, g and what the angles mean"
-            return likelier_maximum(min(found, key=lambda one: one.misfit)), lost
-    raise IdentificationError(f"the paper's model cannot be fitted ({failures[0]}): check L, g and the nominal values")
+    searches = [GaussNewton(model, values, recorded, states, noise, CLOSE_ENOUGH) for values in begins]
+    found, failures = best_of(searches)
+    lost = ""
+    if found is None:
+        lost = f"the fit failed: {failures[0]}; check L, g and what the angles mean"
+        found, failures = best_of(searches, most_steps=0)
+    if found is None:
+        raise IdentificationError(
+            f"the paper's model cannot be fitted ({failures[0]}): check L, g and the nominal values"
+        )
+    return likelier_maximum(found), lost
 
 
 def _weights_differ(fit: Sequence[Trial], holdout: Sequence[Trial]) -> bool:

@@ -9,6 +9,7 @@ import numpy as np
 
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.errors import IdentificationError
+from cdp_ident.fit.initial_states import fit_initial_states
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.search.genetic_search import Progress
@@ -62,8 +63,10 @@ def identify_and_trace(
         f"windows of {longer.duration:.3g} s are too long for this motion: they leave {1e3 * longer.error:.3g} mrad; "
         f"it is judged over half a swing, {half_swing:.2g} s"
     )
-    shorter = replace(found, data=found.data.over_shorter_windows(half_swing))
+    data = found.data.over_shorter_windows(half_swing)
     try:
+        followed = fit_initial_states(found.fit.model, found.fit.values, data.fit)
+        shorter = replace(found, data=data, fit=followed)
         over_shorter = judged(shorter, traced.searched, traced.failures, say, longer)
     except (IdentificationError, np.linalg.LinAlgError) as error:
         say(f"it cannot be, the longer ones stand: {error}")

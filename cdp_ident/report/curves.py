@@ -127,7 +127,7 @@ def _trial(outcome: Outcome, index: int, before: FinalModel, after: FinalModel) 
     own = [(w, fit is after.holdout) for fit in (after.fit, after.holdout) for w in fit.windows if w.trial == index]
     for number, (w, is_held_out) in enumerate(sorted(own, key=lambda pair: pair[0].first)):
         window[w.samples], held_out[w.samples] = number, is_held_out
-    duration = own[0][0].duration
+    duration = outcome.identification.data.window
     return TrialCurves(
         time=trial.time,
         cart=np.zeros(samples) if trial.cart is None else trial.cart,

@@ -45,17 +45,18 @@ class FinalModel:
         return self.fit.model
 
     @classmethod
-    def of(cls, found: WholeSwings, data: Data) -> "FinalModel":
+    def of(cls, found: WholeSwings, data: Data, followed: Fit | None = None) -> "FinalModel":
         """Evaluate a model; where torques are missing, what was held out judges which values predict better.
 
         Args:
             found: given whole swings.
             data: windows, fitted and held out.
+            followed: the windows that were fitted under the model's values, where they were followed before.
 
         Raises:
             IdentificationError, LinAlgError: no motion can be computed.
         """
-        likely = cls._with(found, found.values, False, data)
+        likely = cls._with(found, found.values, False, data, followed)
         if not np.any(found.is_missing):
             return likely
         try:
@@ -65,9 +66,11 @@ class FinalModel:
         return other if other.holdout.rmse() < _CLEARLY * likely.holdout.rmse() else likely
 
     @classmethod
-    def _with(cls, found: WholeSwings, values: Array, less_torque: bool, data: Data) -> "FinalModel":
-        fit, holdout = (fit_initial_states(found.model, values, of_role) for of_role in (data.fit, data.holdout))
-        return cls(fit, holdout, less_torque)
+    def _with(
+        cls, found: WholeSwings, values: Array, less_torque: bool, data: Data, followed: Fit | None = None
+    ) -> "FinalModel":
+        followed = followed or fit_initial_states(found.model, values, data.fit)
+        return cls(followed, fit_initial_states(found.model, values, data.holdout), less_torque)
 
     def error_of(self, found: WholeSwings) -> float:
         """Return the error of another model, with values of the same kind, over what was held out [rad].

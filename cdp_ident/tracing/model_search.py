@@ -19,7 +19,7 @@ import numpy.typing as npt
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.likelihood.gauss_newton import SHOWN, GaussNewton
-from cdp_ident.likelihood.maxima import CLOSE_ENOUGH, ENOUGH_STEPS, likelier_maximum, other_maxima
+from cdp_ident.likelihood.maxima import CLOSE_ENOUGH, ENOUGH_STEPS, best_of, likelier_maximum, other_maxima
 from cdp_ident.likelihood.scores import Score
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.machine.parallel import parallel_map
@@ -316,7 +316,7 @@ class ModelSearch:
             begun: the model, at these places.
             to_beat: misfit of another model that has as many effects.
         """
-        searches, failures, several = list[GaussNewton](), list[str](), len(begun) > 1
+        searches = list[GaussNewton]()
         if len(begun[0].model.effects) < len(self.best.model.effects):
             to_beat = np.inf
         for each in begun:
@@ -324,20 +324,10 @@ class ModelSearch:
             if len(each.values) < len(each.origin.values):
                 # What is left out may have to be followed by unknown torques from now on.
                 noise = noise.with_torque_of_at_least(_AT_LEAST * self._recorded.large_torque)
-            try:
-                states = _states(each.origin, each.model)
-                search = GaussNewton(each.model, each.values, self._recorded, states, noise, CLOSE_ENOUGH)
-                searches.append(search.run(_FEW_STEPS if several else ENOUGH_STEPS, to_beat + _HOPELESS))
-            except (IdentificationError, np.linalg.LinAlgError) as error:
-                failures.append(f"{' and '.join(each.what)}: {error}")
-        found = None
-        try:
-            if searches:
-                best = min(searches, key=lambda search: search.misfit)
-                found = (best.run(ENOUGH_STEPS, to_beat + _HOPELESS) if several else best).found()
-        except (IdentificationError, np.linalg.LinAlgError) as error:
-            failures.append(f"{' and '.join(begun[0].what)}: {error}")
-        return _Fit(found, failures)
+            states = _states(each.origin, each.model)
+            searches.append(GaussNewton(each.model, each.values, self._recorded, states, noise, CLOSE_ENOUGH))
+        found, failures = best_of(searches, to_beat + _HOPELESS)
+        return _Fit(found, [f"{' and '.join(begun[0].what)}: {failure}" for failure in failures])
 
 
 class _Fit(NamedTuple):
@@ -349,8 +339,6 @@ class _Fit(NamedTuple):
     """In words."""
 
 
-_FEW_STEPS = 4
-"""After so many steps the best of several beginnings shows."""
 _HOPELESS = 30.0
 """A model whose misfit is larger than the best one's by this is not fitted to the end."""
 _SURE = 100.0

@@ -5,7 +5,7 @@
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import combinations, islice
 
 import numpy as np
 import numpy.typing as npt
@@ -236,8 +236,8 @@ def extended_models(found: WholeSwings) -> Iterator[Neighbour]:
     """
     for index, active in enumerate(found.model.effects if hides_more(found) else ()):
         for form in [] if active.is_difference else _extended([active.effect]):
-            values = next(_beginnings(found, _by_name(found, index), form))
-            yield _instead(found, index, replace(active, effect=form), values)
+            for values in islice(_beginnings(found, _by_name(found, index), form), 1):
+                yield _instead(found, index, replace(active, effect=form), values)
 
 
 def hides_more(found: WholeSwings) -> bool:
@@ -273,16 +273,15 @@ def hidden_by_torques(found: WholeSwings) -> Iterator[Neighbour]:
             (frequency,) = (p for p in ActiveEffect(effect).fitted if p.shape and p.begins)
             begins = [{frequency.name: f * typical(frequency, found.recorded.time_unit)} for f in _FREQUENCIES]
         for known in begins:
-            values = next(_beginnings(found, known, effect, 1))
-            yield replace(_with(found, ActiveEffect(effect), np.array(values)), again=True)
+            for values in islice(_beginnings(found, known, effect), 1):
+                yield replace(_with(found, ActiveEffect(effect), np.array(values)), again=True)
 
 
-def _beginnings(
-    found: WholeSwings, known: Mapping[str, float], effect: Effect, shapes: int = len(SHAPES)
-) -> Iterator[list[float]]:
+def _beginnings(found: WholeSwings, known: Mapping[str, float], effect: Effect) -> Iterator[list[float]]:
     """Yield values to begin a model with an effect with, of whose parameters some may be known.
 
-    Those that have no formulas for it are tried with so many typical values.
+    One that has no formulas for it is tried with several typical values. Where a formula gives one that can only be
+    positive less than nothing, the effect is not there.
     """
     fitted, unit = ActiveEffect(effect).fitted, found.recorded.time_unit
     usual = {parameter.name: typical(parameter, unit) for parameter in fitted}
@@ -290,7 +289,7 @@ def _beginnings(
     given = {**dict(zip(COEFFICIENTS, coefficients, strict=True)), **usual, **known}
     given["m2_l2"] = given["A23"] / given["L"]
     formulas = max(len(parameter.begins) for parameter in fitted)
-    for k in range(formulas or shapes):
+    for k in range(formulas or len(SHAPES)):
         factor, values = (1.0 if formulas else SHAPES[k]), dict[str, float]()
         for parameter in fitted:
             if parameter.name in known:
@@ -300,7 +299,8 @@ def _beginnings(
             else:
                 value, factor = factor * usual[parameter.name], 1.0
             values[parameter.name] = value
-        yield list(values.values())
+        if all(values[parameter.name] > 0.0 or parameter.lower <= 0.0 for parameter in fitted):
+            yield list(values.values())
 
 
 def replacements(
@@ -339,7 +339,8 @@ def extended_replacements(found: WholeSwings, replacement: Neighbour, without: W
     last = len(replacement.model.effects) - 1
     active, known = replacement.model.effects[last], _by_name(replacement, last)
     for form in _extended([active.effect]) if hides_more(found) and not active.is_difference else []:
-        yield _with(without, replace(active, effect=form), np.array(next(_beginnings(without, known, form))))
+        for values in islice(_beginnings(without, known, form), 1):
+            yield _with(without, replace(active, effect=form), np.array(values))
 
 
 def at_the_place_of(found: WholeSwings, index: int) -> Iterator[Neighbour]:

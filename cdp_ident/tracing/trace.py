@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.diagnosis.evaluation import ErrorsByRole, errors_of, evaluate, refuse_a_failed_fit
+from cdp_ident.diagnosis.evaluation import ErrorsByRole, errors_by_role, evaluate, refuse_a_failed_fit
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.errors import FitFailedError, IdentificationError
 from cdp_ident.fit.initial_states import fit_initial_states
@@ -143,7 +143,7 @@ def judged(
         IdentificationError, LinAlgError: no model can be evaluated.
     """
     data, failure, searched, withdrawn = found.data, found.failure, selection, None
-    before = FinalModel.of(found.whole, data)
+    before = FinalModel.of(found.whole, data, found.fit)
     after = FinalModel.of(selection.after, data) if selection and selection.after is not found.whole else before
     try:
         refuse_a_failed_fit([after.fit, after.holdout], data.noise_level)
@@ -222,14 +222,12 @@ def _errors(found: Identification, before: FinalModel, after: FinalModel) -> Map
         values = model.initial_values(groups_of(physical, prior.length), inertia)
         return evaluate(model, values, data, found.enough)
 
-    def of(final: FinalModel) -> ErrorsByRole:
-        return ErrorsByRole(*(errors_of(fit, data.trials) for fit in (final.fit, final.holdout)))
-
+    refined = errors_by_role(before.fit, before.holdout, data)
     return {
         "nominal": of_values(prior.centre),
         "search": of_values(found.search.best),
-        "refined": of(before),
-        "effects": of(after),
+        "refined": refined,
+        "effects": errors_by_role(after.fit, after.holdout, data) if after is not before else refined,
     }
 
 

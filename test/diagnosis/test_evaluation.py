@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cdp_ident.diagnosis.evaluation import errors_of, fit_per_cent
+from cdp_ident.diagnosis.evaluation import errors_of, fit_per_cent, free_runs
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.initial_states import fit_initial_states
 from cdp_ident.fit.mechanism import Mechanism
@@ -30,7 +30,11 @@ NOISE = float(np.sqrt(np.mean((TWIN.theta - standard_motion()) ** 2)))
 
 
 def errors_over(values, windows, trials=(TWIN,), model=MODEL):
-    return errors_of(fit_initial_states(model, values, windows), trials)
+    return errors_with_runs(fit_initial_states(model, values, windows), trials)
+
+
+def errors_with_runs(fit, trials):
+    return errors_of(fit, free_runs(fit, trials, WINDOWS[0].duration), fit.windows)
 
 
 def test_windows_of_the_fewest_samples_have_errors():
@@ -55,7 +59,7 @@ def test_a_trial_whose_whole_motion_cannot_be_computed_leaves_an_infinite_error(
     """What is known of the windows is not lost for that."""
     fit = fit_initial_states(MODEL, TRUTH, WINDOWS)
     senseless = replace(fit, values=np.full_like(TRUTH, 1e150))
-    assert errors_of(senseless, [TWIN]) == replace(errors_of(fit, [TWIN]), sse_free_run=np.inf)
+    assert errors_with_runs(senseless, [TWIN]) == replace(errors_with_runs(fit, [TWIN]), sse_free_run=np.inf)
 
 
 def test_free_runs_of_the_windows_asked_for_and_of_trials_add_up():
@@ -86,7 +90,7 @@ def test_the_fit_in_per_cent_is_that_of_the_norms_over_all_windows_100_without_e
         moved = np.concatenate([window.theta[:, column] - np.mean(window.theta[:, column]) for window in WINDOWS])
         expected.append(100 * (1 - np.linalg.norm(left) / np.linalg.norm(moved)))
     assert fit_per_cent(fit) == pytest.approx(expected)
-    errors = errors_of(fit, [TWIN])
+    errors = errors_with_runs(fit, [TWIN])
     assert (errors.fit_theta1, errors.fit_theta2) == pytest.approx(expected)
     means = tuple(window.theta - window.theta.mean(axis=0) for window in fit.windows)
     assert fit_per_cent(replace(fit, errors=means)) == pytest.approx([0, 0])

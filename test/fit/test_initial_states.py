@@ -61,7 +61,7 @@ def test_each_is_at_a_minimum_of_its_own_whatever_the_others_and_the_cores(windo
     for window, together, residual in zip(windows, followed.windows, followed.errors, strict=True):
         (alone,) = fit_initial_states(MODEL, TRUTH, [window]).windows
         assert np.array_equal(alone.start, together.start)
-        slopes = MODEL.motions_in(TRUTH, [together.start], [together], derive=True).by
+        slopes = MODEL.motions_in(TRUTH, together.start[None], together, derive=True).by
         slope = np.einsum("nj,njk->k", residual, slopes)
         scale = np.sqrt(np.sum(residual**2) * np.sum(slopes**2, axis=(0, 1)))
         assert np.abs(slope / scale).max() < 1e-3
@@ -107,7 +107,7 @@ def test_the_state_of_an_encoder_with_a_mode_of_its_own_is_fitted_however_little
     model = MODEL.with_effect(ActiveEffect(known("encoder_compliance.inner.oscillating")))
     values, trial = np.append(TRUTH, [3e-4, 0.05]), standard_twin(np.random.default_rng(0))
     (whole,) = cut_into_windows([trial], 10.0)
-    theta = model.motions_in(values, [model.initial_state(whole.start)], [whole]).readings
+    theta = model.predict(values, whole.start, whole)
     followed = fit_initial_states(model, values, cut_into_windows([replace(trial, theta=theta)], 1.25))
     assert followed.rmse() < 1e-6
 

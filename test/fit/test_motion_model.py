@@ -103,7 +103,7 @@ def test_with_derivatives_or_none_the_readings_are_the_same():
     model, values = model.with_zeros(values, [0])
     values[model.of_zeros] = [0.02, -0.03]
     window = first_window()
-    found = model.motions_in(values, [window.start], [window], derive=True)
+    found = model.motions_in(values, window.start[None], window, derive=True)
     same, by_start = found.readings, found.by
     np.testing.assert_allclose(model.predict(values, window.start, window), same, rtol=0, atol=1e-12)
     off, by_all = derivatives_of(model, values, window.start, window)
@@ -280,8 +280,8 @@ def test_motions_in_pieces_are_those_in_the_window():
     trial = standard_twin(np.random.default_rng(0))
     (window,) = cut_into_windows([replace(trial, cart=0.1 * np.sin(3 * trial.time))], np.inf)
     window = replace(window, weights=WEIGHTS)
-    pieces, starts = window.pieces(150), [window.start]
-    for piece in pieces[:-1]:
-        starts.append(model.motions_in(values, starts[-1:], [piece]).ends[0])
-    found = model.motions_in(values, starts, pieces)
+    pieces, starts = window.in_pieces(150), np.tile(window.start, (14, 1))
+    for k in range(1, len(starts)):
+        starts[k] = model.motions_in(values, starts, window, pieces).ends[k - 1]
+    found = model.motions_in(values, starts, window, pieces)
     np.testing.assert_allclose(found.readings, model.predict(values, window.start, window), rtol=0.0, atol=1e-5)

@@ -73,15 +73,18 @@ def test_every_window_of_a_moving_cart_has_its_stretch_of_the_acceleration():
 
 def test_pieces_of_a_window_have_their_stretch_of_what_it_has():
     (window,) = cut_into_windows([replace(TWIN, cart=0.1 * np.sin(3 * TWIN.time))], np.inf)
-    pieces = window.pieces(150)
-    assert sum(piece.grid.steps for piece in pieces) == window.grid.steps
-    assert np.array_equal(np.concatenate([piece.theta for piece in pieces]), window.theta)
-    for piece in pieces:
-        halves = piece.begin + piece.grid.half_step_times()
-        assert piece.u == pytest.approx(np.interp(halves, window.grid.half_step_times(), window.u), abs=1e-9)
-        assert np.array_equal(piece.theta, TWIN.theta[piece.samples])
-        assert piece.begin + piece.time == pytest.approx(TWIN.time[piece.samples])
-        assert piece.start[:2] == pytest.approx(piece.theta[0], abs=0.05)
+    pieces, whole = window.in_pieces(150), window.in_pieces()
+    assert whole.steps_at.tolist() == [0, window.grid.steps]
+    assert np.array_equal(whole.place, window.grid.place)
+    assert pieces.steps_at[[0, 1, -1]].tolist() == [0, 150, window.grid.steps]
+    assert pieces.samples_at[[0, -1]].tolist() == [0, len(window.theta)]
+    for k, begin in enumerate(pieces.begin):
+        steps, samples = (slice(*of[k : k + 2]) for of in (pieces.steps_at, pieces.samples_at))
+        halves = begin + 0.5 * pieces.step[k] * np.arange(2 * (steps.stop - steps.start) + 1)
+        u = pieces.u[2 * steps.start + k : 2 * steps.stop + k + 1]
+        assert u == pytest.approx(np.interp(halves, window.grid.half_step_times(), window.u), abs=1e-9)
+        assert begin + pieces.step[k] * pieces.place[samples] == pytest.approx(TWIN.time[samples])
+        assert window.states(begin[None])[0, :2] == pytest.approx(TWIN.theta[samples][0], abs=0.05)
 
 
 def test_the_grid_simulates_up_to_the_window_s_last_sample():

@@ -113,6 +113,16 @@ def test_an_extended_model_begins_with_what_it_contains(with_friction):
     assert not list(extended_models(replace(with_friction, is_missing=np.zeros(2, dtype=bool))))
 
 
+def test_an_encoder_that_is_early_is_behind_no_filter_but_the_other_one_may_be(rubbing):
+    """A time constant of less than nothing makes the filter's state grow without end."""
+    late = replace(with_effect(rubbing, "time_offset.outer", 2e-3), is_missing=np.array([False, True]))
+    for delay, behind in ((2e-3, "outer"), (-2e-3, "inner")):
+        late = replace(late, values=np.append(late.values[:-1], delay))
+        forms = [*extended_models(late)]
+        keys = {active.effect.key for each in forms for active in each.model.effects}
+        assert [key for key in keys if "filter" in key] == [f"encoder_filter.{behind}.first order"]
+
+
 def test_an_extended_model_that_has_a_score_is_proposed_in_the_place_of_what_it_contains(rubbing):
     _, scored = additions(with_effect(rubbing, DRY, 5e-3), named_only=True)
     found = {score.active.effect.key for score in scored}
