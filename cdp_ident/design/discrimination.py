@@ -21,7 +21,6 @@ from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.scales import ENOUGH
-from cdp_ident.fit.windows import without_gaps
 from cdp_ident.likelihood.noise import Noise
 from cdp_ident.likelihood.prior import known_before, typical
 from cdp_ident.likelihood.recorded import spread_evenly
@@ -66,7 +65,7 @@ class RecordedMotion:
             trials: what was measured.
         """
         sampling, unit = knowledge.sampling, time_unit(*knowledge.model.constants(knowledge.values))
-        stretches = [(index, *bounds) for index, trial in enumerate(trials) for bounds in without_gaps(trial.time)]
+        stretches = [(index, *bounds) for index, trial in enumerate(trials) for bounds in trial.bounds]
         chosen = spread_evenly(trials, stretches, ENOUGH * unit, unit)
         swings = tuple(
             swing

@@ -13,7 +13,7 @@ from cdp_ident.design.knowledge import Knowledge
 from cdp_ident.design.loads import Loads, loads_of, telling_weight
 from cdp_ident.design.next_trial import NextTrial, Sharper
 from cdp_ident.design.starts import Grid, Survey
-from cdp_ident.errors import IdentificationError
+from cdp_ident.errors import CdpIdentError
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.model.parameters import GROUPS, INERTIA, INVERSE_INERTIA
 from cdp_ident.model.weights import Weight
@@ -63,7 +63,7 @@ def next_trial_section(outcome: Outcome, failed: Callable[[str], None]) -> Secti
         advice = answers(knowledge, motion, questions, Grid.of(REPORT_SPACING), used)
         section = {"assumed": _assumed(knowledge), "advice": [one for one in advice if one]}
         return dict(filled(REPORT["properties"]["next_trial"], section))
-    except (IdentificationError, np.linalg.LinAlgError) as error:
+    except (CdpIdentError, np.linalg.LinAlgError) as error:
         failed(f"which trial to record next: {error}")
         return None
 

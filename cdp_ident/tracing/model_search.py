@@ -37,6 +37,7 @@ from cdp_ident.tracing.neighbours import (
     simplifications,
 )
 from cdp_ident.tracing.odds import cost, imitated
+from cdp_ident.tracing.over_windows import OverWindows
 from cdp_ident.tracing.selection import Step, Tried
 from cdp_ident.tracing.shaped_like import shaped_like_the_last
 
@@ -64,6 +65,7 @@ class ModelSearch:
         stop: Callable[[], bool],
         trying: Callable[[str], None],
         named_only: bool,
+        errors: OverWindows,
     ) -> None:
         """Begin with the paper's model.
 
@@ -73,7 +75,9 @@ class ModelSearch:
             stop: asked repeatedly; true ends the search.
             trying: called with what is tried next.
             named_only: whether nonparametric torques are left out.
+            errors: what models leave over windows.
         """
+        self._errors = errors
         self._recorded, self._say, self._stop, self._trying = paper.recorded, say, stop, trying
         self._named_only = named_only
         self.fitted: dict[Key, WholeSwings] = {}
@@ -159,9 +163,11 @@ class ModelSearch:
         if best is not self.best and 0.0 <= self.cost(best) < imitated(best):
             # Torques may follow what it explains: without them it may be far more likely.
             best = self.fitted[_key(best.model)] = likelier_maximum(best)
-        if self.cost(best) < 0.0:
-            self._note(f"{action} {' and '.join(what)}", best, tried)
-            return True
+            tried.append((best, what))
+        for best, what in sorted(tried, key=lambda pair: self.cost(pair[0])):
+            if self.cost(best) < 0.0 and self._errors.explains(best, self.best):
+                self._note(f"{action} {' and '.join(what)}", best, tried)
+                return True
         if tried:
             self._note("nothing more helps", None, tried)
         return False
@@ -196,7 +202,7 @@ class ModelSearch:
         """Go on from a likelier maximum of the best model's likelihood, or with additions at one without torques.
 
         Where noise is autocorrelated, unknown torques follow it, and what is added has nothing left to explain. What
-        happens at an instant shows beside them, and imitates much without them.
+        happens at an instant shows beside them, and imitates much without: it is looked for there, and fitted here.
         """
         try:
             others = other_maxima(self.best)
@@ -212,7 +218,10 @@ class ModelSearch:
         origin = others[0]
         behind = origin.misfit - self.best.misfit
         promising, _ = additions(origin, self._named_only, lasting=True, behind=behind)
-        return self._move([replace(each, again=True) for each in first(promising)], "added")
+        instants = [each for each in first(self._additions[0]) if each.model.effects[-1].effect.at_an_instant]
+        for key in {_key(each.model) for each in instants} & self.fitted.keys():
+            self.fitted[key] = likelier_maximum(self.fitted[key])
+        return self._move([*(replace(each, again=True) for each in first(promising)), *instants], "added")
 
     def _zeros(self) -> bool:
         """Try encoders whose zeros differ from trial to trial."""
@@ -253,7 +262,7 @@ class ModelSearch:
                 break
             named, added = better[0], (*added, *better[1])
             tried.append((named, added))
-        if self.cost(named) < 0.0:
+        if self.cost(named) < 0.0 and self._errors.explains(named, self.best):
             self._note(f"exchanged for {' and '.join(added)}", named, tried)
 
     def _better(self, than: WholeSwings, neighbours: Sequence[Neighbour]) -> _Fitted | None:

@@ -56,7 +56,7 @@ def cost(found: WholeSwings, than: WholeSwings) -> float:
     Where torques are missing that no law gives, an effect may imitate a share of them. So what the larger of both
     models has more is to explain that share of the impulses that are still unknown: each is that much evidence.
     """
-    more = _size_of(found.model) - _size_of(than.model)
+    more = size_of(found.model) - size_of(than.model)
     unlikely = unlikelihood_of(found.model, found.recorded) - unlikelihood_of(than.model, than.recorded)
     return found.misfit - than.misfit + unlikely + more * imitated(found if more > 0 else than)
 
@@ -71,6 +71,6 @@ def _size(active: ActiveEffect) -> int:
     return 2 if active.effect.curve else 1
 
 
-def _size_of(model: MotionModel) -> int:
+def size_of(model: MotionModel) -> int:
     """Return how many effects a model has; zeros of each trial count as one."""
     return bool(model.zeros) + sum(map(_size, model.effects))

@@ -9,10 +9,12 @@ import numpy as np
 
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.fit.active_effect import ActiveEffect
+from cdp_ident.fit.share import share_of
 from cdp_ident.tracing.certainty import certainties, not_distinguished, probabilities
 from cdp_ident.tracing.expected import ExpectedEffect
 from cdp_ident.tracing.model_search import InterruptedSearchError, ModelSearch
 from cdp_ident.tracing.neighbours import Neighbour, additions, hidden_by_torques
+from cdp_ident.tracing.over_windows import OverWindows
 from cdp_ident.tracing.selection import Selection, Step
 
 
@@ -32,7 +34,10 @@ def select_effects(
         trying: called with what is tried next.
         expected: effects found on the rig before, which are tried first.
     """
-    search = ModelSearch(found.whole, say, stop, trying, found.options.named_effects_only)
+    data = found.data.over_shorter_windows(found.data.scales.half_swing)
+    share = share_of([window.duration for window in data.fit], found.enough)
+    errors = OverWindows([data.fit[index] for index in share], data.noise_level)
+    search = ModelSearch(found.whole, say, stop, trying, found.options.named_effects_only, errors)
     interrupted = False
     try:
         search.begin_with(_expected(found, expected), "confirmed")

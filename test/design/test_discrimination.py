@@ -84,6 +84,13 @@ def test_samples_that_were_averaged_stand_for_all(alternative, knowledge, trials
     assert found.deviations_now == pytest.approx(alternative.deviations_now, rel=0.1)
 
 
+def test_a_film_with_lost_frames_is_one_stretch_as_it_is_for_the_fit(alternative, knowledge, trials):
+    kept = np.arange(len(trials[0].time)) % 6 < 4
+    film = replace(trials[0], time=trials[0].time[kept], theta=trials[0].theta[kept])
+    (found,) = alternatives(knowledge, RecordedMotion.of(knowledge, [film]), DRAG, FRICTION)
+    assert 0.6 * alternative.deviations_now < found.deviations_now < 1.1 * alternative.deviations_now
+
+
 def test_a_trial_with_a_weight_tells_them_apart_though_the_alternative_may_have_another_inertia(knowledge, trials):
     with_weight = knowledge.with_weights([WEIGHT])
     (found,) = alternatives(with_weight, RecordedMotion.of(with_weight, trials[:1]), DRAG, FRICTION)

@@ -7,18 +7,21 @@ import pytest
 
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.active_effect import ActiveEffect
+from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.likelihood.gauss_newton import GaussNewton
 from cdp_ident.likelihood.maxima import likelier_maximum
 from cdp_ident.tracing.certainty import probabilities
 from cdp_ident.tracing.model_search import InterruptedSearchError, ModelSearch
 from cdp_ident.tracing.neighbours import Neighbour
-from scenarios.swings import BEGIN, fitted, known, measured, motion, recorded
+from cdp_ident.tracing.over_windows import OverWindows
+from scenarios.swings import BEGIN, NOISE, fitted, known, measured, motion, recorded
 
 DRY, SCALE = "coulomb_friction.outer", "encoder_scale.inner"
 
 
 def begun(trials, stop=lambda: False, trying=lambda line: None, say=lambda line: None, named_only=True):
-    return ModelSearch(likelier_maximum(fitted(recorded(trials), values=BEGIN)), say, stop, trying, named_only)
+    errors = OverWindows(cut_into_windows(trials, 0.6), NOISE)
+    return ModelSearch(likelier_maximum(fitted(recorded(trials), values=BEGIN)), say, stop, trying, named_only, errors)
 
 
 def rubbing(seed=0, size=4e-4):

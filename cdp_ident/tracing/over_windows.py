@@ -1,0 +1,53 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What effects explain of a motion that is predicted over windows, where torques are missing that no law gives.
+
+Evidence is of predictions from node to node. Impulses of a missing torque count as independent there, which they are
+not: a torque that goes with the state has few degrees of freedom, and any effect imitates a part of it. Over half a
+swing what is imitated adds up to nothing (output error beside prediction error: Ljung, System Identification, 1999,
+chapters 7 and 16). Over longer windows chaos makes of a little much.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from cdp_ident.errors import IdentificationError
+from cdp_ident.fit.initial_states import fit_initial_states
+from cdp_ident.fit.windows import Window
+from cdp_ident.likelihood.whole_swing import LARGER, WholeSwings
+from cdp_ident.tracing.odds import size_of
+
+_LEFT = 0.9
+"""Share of the square of a model's error over windows, beyond noise, that what another one has more may leave."""
+
+
+class OverWindows:
+    """Errors of models over windows."""
+
+    def __init__(self, windows: Sequence[Window], noise: float) -> None:
+        """Take windows that were fitted, and the root mean square of both angles' noise [rad]."""
+        self._windows, self._noise = windows, noise
+        self._known: dict[int, tuple[WholeSwings, float]] = {}
+
+    def explains(self, found: WholeSwings, than: WholeSwings) -> bool:
+        """Return whether what a model has more than another one explains a share of what that one leaves.
+
+        Nothing is asked where it has no more, where no torque is missing beside it, and where noise alone is left.
+        """
+        if not np.any(found.is_missing) or not self._windows:
+            return True
+        before, more = self.error_of(than), size_of(found.model) - size_of(than.model)
+        if more <= 0 or before <= LARGER * self._noise:
+            return True
+        return self.error_of(found) ** 2 - self._noise**2 <= _LEFT * (before**2 - self._noise**2)
+
+    def error_of(self, found: WholeSwings) -> float:
+        """Return the error of a model [rad], infinite where it has no motion."""
+        if id(found) not in self._known:
+            try:
+                error = fit_initial_states(found.model, found.values, self._windows).rmse()
+            except (IdentificationError, np.linalg.LinAlgError):
+                error = np.inf
+            self._known[id(found)] = found, error
+        return self._known[id(found)][1]

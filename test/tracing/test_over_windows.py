@@ -1,0 +1,47 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Where a torque is missing, what a model has more is to explain a share of the error over windows."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cdp_ident.fit.active_effect import ActiveEffect
+from cdp_ident.fit.windows import cut_into_windows
+from cdp_ident.tracing.over_windows import OverWindows
+from scenarios.swings import NOISE, known, measured, motion, with_effect
+
+DRY = "coulomb_friction.outer"
+MISSING = np.array([False, True])
+
+
+@pytest.fixture(scope="module")
+def windows():
+    return cut_into_windows([measured(motion(dry=4e-4), np.random.default_rng(0))], 0.6)
+
+
+def test_an_effect_that_is_there_explains_what_one_that_is_not_does_not(rubbing, windows):
+    over = OverWindows(windows, NOISE)
+    there, not_there = (
+        replace(with_effect(rubbing, key, value), is_missing=MISSING)
+        for key, value in ((DRY, 5e-3), ("encoder_scale.inner", 1e-4))
+    )
+    assert over.explains(there, rubbing)
+    assert not over.explains(not_there, rubbing)
+    # Nothing is asked of a model that has no more, and where no torque is missing.
+    assert over.explains(not_there, there)
+    assert over.explains(replace(rubbing, is_missing=MISSING), there)
+    assert over.explains(replace(not_there, is_missing=np.zeros(2, dtype=bool)), rubbing)
+
+
+def test_nothing_is_asked_where_noise_alone_is_left_or_there_are_no_windows(rubbing, windows):
+    not_there = replace(with_effect(rubbing, "encoder_scale.inner", 1e-4), is_missing=MISSING)
+    assert OverWindows(windows, 1.0).explains(not_there, rubbing)
+    assert OverWindows([], NOISE).explains(not_there, rubbing)
+
+
+def test_a_model_without_a_motion_explains_nothing(rubbing, windows):
+    model, lost = rubbing.model.with_effect(ActiveEffect(known(DRY))), np.append(rubbing.values, np.nan)
+    without = replace(rubbing, model=model, values=lost, is_missing=MISSING)
+    assert not OverWindows(windows, NOISE).explains(without, rubbing)
