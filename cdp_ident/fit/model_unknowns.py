@@ -16,7 +16,7 @@ from cdp_ident.fit.prior import FARTHEST
 from cdp_ident.fit.weighted import Layout, Weighted
 from cdp_ident.model.effects.effect import JOINTS, EffectParameter
 from cdp_ident.model.effects.motors import MOTORS
-from cdp_ident.model.parameters import GROUPS, INVERSE_INERTIA
+from cdp_ident.model.parameters import GROUPS, INVERSE_INERTIA, time_unit
 from cdp_ident.model.weights import ErrorOf, Weight
 
 Array = npt.NDArray[np.float64]
@@ -125,6 +125,16 @@ class ModelUnknowns:
         lower[self.places_of_motors] = [parameter.lower for parameter in self.of_motors]
         upper[self.places_of_motors] = [parameter.upper for parameter in self.of_motors]
         return lower, upper
+
+    @cached_property
+    def reach(self) -> Array:
+        """(unknowns,) by how much each may change in a step: an instant by a time unit, where a step is linear."""
+        unit = time_unit(self.mechanism.length, self.mechanism.gravity)
+        reach = np.full(len(self.names), np.inf)
+        for index, active in enumerate(self.effects):
+            instants = [active.effect.at_an_instant and np.isinf(parameter.width) for parameter in active.fitted]
+            reach[self.places(index)] = np.where(instants, unit, np.inf)
+        return reach
 
     @property
     def of_weights(self) -> npt.NDArray[np.bool_]:

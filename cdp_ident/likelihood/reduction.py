@@ -183,7 +183,8 @@ def most_likely_change(model: MotionModel, values: Array, triangle: Array) -> tu
     of_values, target = triangle[:, :-1], triangle[:, -1]
     inverse, covariance, undetermined = inverse_of(of_values)
     change = -inverse @ target
-    lower, upper = np.minimum(model.limits[0] - values, 0.0), np.maximum(model.limits[1] - values, 0.0)
+    lower = np.maximum(np.minimum(model.limits[0] - values, 0.0), -model.reach)
+    upper = np.minimum(np.maximum(model.limits[1] - values, 0.0), model.reach)
     if np.any((change < lower) | (change > upper)):
         change = minimum_within_limits(of_values.T @ of_values, -of_values.T @ target, lower, upper)
     return change, covariance, undetermined

@@ -39,6 +39,14 @@ def test_inertias_moments_and_frictions_may_not_be_negative():
     assert np.all(upper == np.inf)
 
 
+def test_instants_alone_have_a_reach_that_ends():
+    slip = MODEL.with_effect(ActiveEffect(EFFECTS["encoder_slip.outer"], trial=0))
+    reach = slip.with_effect(ActiveEffect(EFFECTS["joint_spring.outer"])).reach
+    place = slip.names.index("encoder_slip.outer.time")
+    assert 0.1 < reach[place] < 0.3
+    assert np.all(np.delete(reach, place) == np.inf)
+
+
 def test_two_of_a_kind_have_names_of_their_own():
     impulse = ActiveEffect(EFFECTS["impulse.inner"], trial=0)
     model = MODEL.with_effect(impulse).with_effect(impulse)

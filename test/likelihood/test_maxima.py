@@ -9,7 +9,7 @@ from cdp_ident.likelihood.gauss_newton import GaussNewton
 from cdp_ident.likelihood.maxima import CLOSE_ENOUGH, ENOUGH_STEPS, NEAR, best_of
 from cdp_ident.likelihood.noise import Noise
 from cdp_ident.likelihood.recorded import states_of
-from scenarios.swings import BEGIN, MODEL, TRUE, measured, motion, recorded
+from scenarios.swings import BEGIN, MODEL, TIME, TRUE, measured, motion, recorded, with_effect
 
 NOWHERE = np.full(len(BEGIN), np.nan)
 
@@ -56,6 +56,14 @@ def test_a_beginning_without_a_motion_costs_that_one_alone(swings):
     assert found.converged
     assert failures == ["the motion between nodes cannot be computed"]
     assert best_of(searches(swings, NOWHERE, NOWHERE)) == (None, 2 * failures)
+
+
+def test_an_instant_at_which_nothing_happens_stays_in_its_trial(swings):
+    """Its derivative is next to nothing: a step had led to 1e85 s."""
+    found, _ = best_of(searches(swings, BEGIN))
+    for size in (0.0, 1e-9, 1e-5):
+        time = with_effect(found, "encoder_slip.outer", size, 4.0, trial=0).values[-1]
+        assert 0.0 <= time <= TIME[-1] + 1.0
 
 
 def test_no_more_steps_are_made_than_asked_for(swings):
