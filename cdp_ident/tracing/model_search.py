@@ -5,7 +5,7 @@
 Models are compared by one number, their evidence with the odds against their effects (Kass and Raftery, Bayes
 factors, J. Am. Stat. Assoc. 90, 1995). In it there is what would have to be rules otherwise: an effect that another
 one imitates, or that only noise asks for, makes no model more probable, and where torques are missing that no law
-gives, all evidence shrinks by itself.
+gives, all evidence shrinks by itself. What is imitated there, errors over windows tell (`over_windows`).
 """
 
 import math
