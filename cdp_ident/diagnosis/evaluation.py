@@ -13,8 +13,7 @@ from cdp_ident.errors import FitFailedError, IdentificationError
 from cdp_ident.fit.data import Data
 from cdp_ident.fit.initial_states import Fit, fit_initial_states
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.share import share_of
-from cdp_ident.fit.windows import Window, beginning_of, cut_at
+from cdp_ident.fit.windows import Window, beginning_of, cut_at, shared
 from cdp_ident.machine.parallel import parallel_map
 from cdp_ident.trial.trial import Trial
 
@@ -68,9 +67,8 @@ def evaluate(model: MotionModel, values: Array, data: Data, enough: float) -> Er
     """
 
     def followed(windows: Sequence[Window]) -> Fit | None:
-        share = [windows[index] for index in share_of([window.duration for window in windows], enough)]
         try:
-            return fit_initial_states(model, values, share)
+            return fit_initial_states(model, values, shared(windows, enough))
         except (IdentificationError, np.linalg.LinAlgError):  # under these values there may be no motion
             return None
 

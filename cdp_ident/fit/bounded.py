@@ -8,7 +8,7 @@ from scipy.optimize import lsq_linear
 
 Array = npt.NDArray[np.float64]
 
-_CUT_OFF = 1e-14
+UNDETERMINED = 1e-14
 """Eigenvalue of the scaled matrix, as a share of the largest, below which a direction counts as undetermined."""
 
 
@@ -30,7 +30,7 @@ def minimum_within_limits(matrix: Array, right: Array, lower: Array, upper: Arra
     diagonal = np.diag(matrix)
     scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
     eigenvalues, vectors = np.linalg.eigh(matrix * np.outer(scale, scale))
-    kept = eigenvalues > _CUT_OFF * max(eigenvalues[-1], np.finfo(float).tiny)
+    kept = eigenvalues > UNDETERMINED * max(eigenvalues[-1], np.finfo(float).tiny)
     free = (vectors[:, kept] / eigenvalues[kept]) @ (vectors[:, kept].T @ (right * scale)) * scale
     if np.all((free >= lower) & (free <= upper)):
         return np.asarray(free)

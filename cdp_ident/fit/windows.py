@@ -13,6 +13,7 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
+from cdp_ident.fit.share import share_of
 from cdp_ident.model.steps import Times
 from cdp_ident.model.time_grid import DEFAULT_STEP, TimeGrid, interpolated
 from cdp_ident.model.weights import Weight
@@ -110,6 +111,11 @@ def cut_into_windows(trials: Sequence[Trial], duration: float = DEFAULT_WINDOW) 
         for first, last in trial.bounds:
             windows += cut_at(trial, index, evenly(trial, first, last, duration))
     return windows
+
+
+def shared(windows: Sequence[Window], enough: float) -> list[Window]:
+    """Return a share of windows that is spread evenly and lasts for enough [s], or all; see `share_of`."""
+    return [windows[index] for index in share_of([window.duration for window in windows], enough)]
 
 
 def without_gaps(time: Array) -> list[tuple[int, int]]:

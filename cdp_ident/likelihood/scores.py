@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.fit.active_effect import ActiveEffect
-from cdp_ident.fit.bounded import minimum_within_limits
+from cdp_ident.fit.bounded import UNDETERMINED, minimum_within_limits
 from cdp_ident.likelihood.prior import known_of, typical
 from cdp_ident.likelihood.reduction import Part, memory_for_rows, most_likely_change, reduced
 from cdp_ident.likelihood.sweeps import backwards, forwards
@@ -32,8 +32,6 @@ _OVERFLOWS = 1e100
 _SEEN = 1e-6
 """A strength is seen where the readings say more of it than this share of what the model's own values can imitate, and
 of what is known beforehand."""
-_UNDETERMINED = 1e-14
-"""Least share of the largest scaled precision in any direction of strengths."""
 _PART = 1e-6
 """An unknown torque has a part in an impulse from this share on."""
 _SEEN_AT_ONCE = 1e-6
@@ -155,7 +153,7 @@ def _scores(found: WholeSwings, candidates: Sequence[tuple[ActiveEffect, Array]]
         whole = curvature + precision
         scale = 1.0 / np.sqrt(np.diag(whole))
         sizes, vectors = np.linalg.eigh(whole * np.outer(scale, scale))
-        roots = scale[:, None] * vectors / np.sqrt(np.maximum(sizes, _UNDETERMINED * sizes[-1]))
+        roots = scale[:, None] * vectors / np.sqrt(np.maximum(sizes, UNDETERMINED * sizes[-1]))
         inverse = roots @ roots.T
         strengths = inverse @ slope
         if np.any((strengths < lower) | (strengths > upper)):
@@ -164,7 +162,7 @@ def _scores(found: WholeSwings, candidates: Sequence[tuple[ActiveEffect, Array]]
         if not np.isfinite(gain) or gain <= 0.0:
             continue
         # What the priors' and the posterior's volumes do is left as it is where no strength is at a limit.
-        logarithm = np.sum(np.log(np.maximum(sizes, _UNDETERMINED * sizes[-1]) / scale**2))
+        logarithm = np.sum(np.log(np.maximum(sizes, UNDETERMINED * sizes[-1]) / scale**2))
         logarithm -= np.linalg.slogdet(precision)[1]
         all_values = beginning.copy()
         all_values[strong] = strengths

@@ -35,14 +35,14 @@ class OverWindows:
 
         Nothing is asked where it has no more, where no torque is missing beside it, and where noise alone is left.
         """
-        if not np.any(found.is_missing) or not self._windows:
+        if not np.any(found.is_missing) or size_of(found.model) <= size_of(than.model):
             return True
-        before, more = self.error_of(than), size_of(found.model) - size_of(than.model)
-        if more <= 0 or before <= LARGER * self._noise:
+        before = self._error_of(than)
+        if before <= LARGER * self._noise:
             return True
-        return self.error_of(found) ** 2 - self._noise**2 <= _LEFT * (before**2 - self._noise**2)
+        return self._error_of(found) ** 2 - self._noise**2 <= _LEFT * (before**2 - self._noise**2)
 
-    def error_of(self, found: WholeSwings) -> float:
+    def _error_of(self, found: WholeSwings) -> float:
         """Return the error of a model [rad], infinite where it has no motion."""
         if id(found) not in self._known:
             try:

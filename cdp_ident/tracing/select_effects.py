@@ -9,7 +9,7 @@ import numpy as np
 
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.fit.active_effect import ActiveEffect
-from cdp_ident.fit.share import share_of
+from cdp_ident.fit.windows import shared
 from cdp_ident.tracing.certainty import certainties, not_distinguished, probabilities
 from cdp_ident.tracing.expected import ExpectedEffect
 from cdp_ident.tracing.model_search import InterruptedSearchError, ModelSearch
@@ -35,8 +35,7 @@ def select_effects(
         expected: effects found on the rig before, which are tried first.
     """
     data = found.data.over_shorter_windows(found.data.scales.half_swing)
-    share = share_of([window.duration for window in data.fit], found.enough)
-    errors = OverWindows([data.fit[index] for index in share], data.noise_level)
+    errors = OverWindows(shared(data.fit, found.enough), data.noise_level)
     search = ModelSearch(found.whole, say, stop, trying, found.options.named_effects_only, errors)
     interrupted = False
     try:
