@@ -207,12 +207,15 @@ class GaussNewton:
         return self._misfit(reduced, change, noise)
 
     def _look_at_residuals(self) -> None:
-        """Let the noise have the memory, or the errors of time, that residuals show, if that is the more likely one."""
-        without = replace(self._noise, time=0.0)
-        remembering = without.remembering(self._swings, self._linear)
-        late = self._noise.with_errors_of_time(self._swings, self._linear)
-        others = [(remembering, 0.0)] * (not (without.is_white and remembering.is_white))
-        others += [(late, SHOWN)] * (late.time > 0.0)
+        """Let the noise have the memory, or the errors of time, or be of the angles, that residuals show most likely."""
+        without, swings, linear = replace(self._noise, time=0.0), self._swings, self._linear
+        others = list[tuple[Noise, float]]()
+        turned = without.of_other_angles(swings, linear)
+        for of, price in ((without, 0.0), (turned, SHOWN)):
+            remembering, late = of.remembering(swings, linear), of.with_errors_of_time(swings, linear)
+            others += [(turned, price)] * (of is turned)
+            others += [(remembering, price)] * (not (of.is_white and remembering.is_white))
+            others += [(late, price + SHOWN)] * (late.time > 0.0)
         if others:
             self._noise = min([(without, 0.0), *others], key=lambda one: self._misfit_with(one[0]) + one[1])[0]
 

@@ -13,6 +13,7 @@ from cdp_ident.likelihood.swing import Linearised, Swing
 from cdp_ident.trial.differences import MEDIAN_OF_SIZE
 
 Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
 
 _OUTLIER = 4.0
 """Readings that are further off than so many standard deviations lose weight (Huber, Robust Statistics, 1981)."""
@@ -47,6 +48,9 @@ class Noise:
     zero."""
     of_base: bool = False
     """Whether in the place of the inner joint's torque the base moves: an acceleration, over L."""
+    absolute: bool = False
+    """Whether noise is independent in both absolute angles, as where a camera sees them, and not in both encoders: the
+    three above are of theta1 and theta2 then."""
     tails: tuple[Array, ...] = ()
     """(nodes, 2) of each swing, how many times as large the torques after each node are."""
 
@@ -105,7 +109,24 @@ class Noise:
     @property
     def encoders(self) -> Array:
         """(2,) standard deviation of both encoders' noise [rad]."""
+        return np.sqrt(np.cumsum(self._sizes**2)) if self.absolute else self._sizes
+
+    def angles(self, counted: Mask) -> Array:
+        """Return the standard deviation (2,) of the noise of theta1 and theta2, by that which counts (2,) [rad]."""
+        sizes = np.where(counted, self._sizes, 0.0)
+        return sizes if self.absolute else np.sqrt(np.cumsum(sizes**2))
+
+    @property
+    def _sizes(self) -> Array:
+        """(2,) standard deviation of the noise of what is independent [rad]."""
         return np.asarray(self.new * np.sqrt(self._gain))
+
+    def _seen(self, linear: Linearised) -> Linearised:
+        """Return a linearised swing with readings of what is independent."""
+        if not self.absolute:
+            return linear
+        names = ("slopes", "residuals", "rates")
+        return linear._replace(**{name: np.cumsum(getattr(linear, name), axis=1) for name in names})
 
     @property
     def _gain(self) -> Array:
@@ -127,6 +148,7 @@ class Noise:
 
         Where noise is remembered, two more numbers of the state carry it from node to node.
         """
+        linear = self._seen(linear)
         sizes = self.torque * np.sqrt(swing.spacing) * (np.ones((len(linear.gaps), 2)) if tails is None else tails)
         if self.is_white:
             by_time, residuals = self.time * linear.rates, linear.residuals
@@ -186,7 +208,8 @@ class Noise:
         )
         found = float(np.sum(counted * np.log(variances)))
         if self.time > 0.0:
-            found += float(np.sum(np.log1p(np.sum(counted * (self.time * linear.rates) ** 2 / variances, axis=1))))
+            rates = self._seen(linear).rates
+            found += float(np.sum(np.log1p(np.sum(counted * (self.time * rates) ** 2 / variances, axis=1))))
         return found
 
     def with_errors_of_time(self, swings: Sequence[Swing], linear: Sequence[Linearised]) -> "Noise":
@@ -196,12 +219,12 @@ class Noise:
         expected of it, and does not lower the likelihood (Zhou, Hu, Zhou and Lange, MM algorithms for variance
         components models, J. Comput. Graph. Stat. 28, 2019).
         """
-        counted = [np.all(swing.counts > 0.0, axis=1) for swing in swings]
+        counted, seen = [np.all(swing.counts > 0.0, axis=1) for swing in swings], [*map(self._seen, linear)]
         left, rates = (  # (2, samples)
-            np.concatenate([getattr(of, name)[kept].T for of, kept in zip(linear, counted, strict=True)], axis=1)
+            np.concatenate([getattr(of, name)[kept].T for of, kept in zip(seen, counted, strict=True)], axis=1)
             for name in ("residuals", "rates")
         )
-        sizes, time = self.encoders[:, None], self.time
+        sizes, time = self._sizes[:, None], self.time
         if time == 0.0:
             weighted = rates / sizes**2
             expected = _products(weighted, rates)
@@ -228,7 +251,7 @@ class Noise:
         covariances, pairs = np.zeros((4, 2)), 1
         for swing, of in zip(swings, linear, strict=True):
             whole = np.all(swing.counts == 1.0, axis=1)
-            left = np.where(whole[:, None], of.residuals, 0.0)
+            left = np.where(whole[:, None], self._seen(of).residuals, 0.0)
             covariances += [np.sum(left[lag:] * left[: len(left) - lag], axis=0) for lag in range(4)]
             pairs += int(whole.sum())
         variance, first, second, third = np.maximum(covariances / pairs, np.finfo(float).tiny)
@@ -240,7 +263,15 @@ class Noise:
         a, b = (1.0 - kept**2) * (variance - white) + (1.0 + kept**2) * white, kept * white
         mixed = np.where(b > 0.0, 2.0 * b / (a + np.sqrt(np.maximum(a**2 - 4.0 * b**2, 0.0))), 0.0)
         found = replace(self, kept=kept, mixed=mixed, time=0.0)
-        return replace(found, new=self.encoders / np.sqrt(found._gain))
+        return replace(found, new=self._sizes / np.sqrt(found._gain))
+
+    def of_other_angles(self, swings: Sequence[Swing], linear: Sequence[Linearised]) -> "Noise":
+        """Return white noise that is independent in the absolute angles, or else in the encoders, as residuals show."""
+        found, squares, counts = replace(self, absolute=not self.absolute, time=0.0), np.zeros(2), np.zeros(2)
+        for swing, of in zip(swings, linear, strict=True):
+            squares += np.sum(swing.counts * found._seen(of).residuals ** 2, axis=0)
+            counts += swing.counts.sum(axis=0)
+        return replace(found, new=np.sqrt(squares / counts), kept=np.zeros(2), mixed=np.zeros(2))
 
 
 def _products(one: Array, other: Array) -> Array:

@@ -17,8 +17,6 @@ from cdp_ident.trial.trial import Trial
 
 Array = npt.NDArray[np.float64]
 
-_LEAST_SHARE = 0.3
-"""The outer encoder's noise is at least so much of the inner one's."""
 _PIECE = 40.0
 """Pieces of long recordings, in time units: eight seconds of the paper's rig, so that effects whose states are unknown
 where a piece begins are still seen."""
@@ -95,6 +93,4 @@ def _swings(
 
 def _recorded(data: Data, swings: Sequence[Swing], noise: float = 1.0) -> Recorded:
     """Return swings whose noise is so many times that of what is fitted."""
-    inner, both = (noise * data.noise) ** 2
-    encoders = np.sqrt([inner, max(both - inner, _LEAST_SHARE**2 * inner)])
-    return Recorded(tuple(swings), encoders, data.scales.encoder_steps, data.scales.time_unit)
+    return Recorded(tuple(swings), noise * data.encoders, data.scales.encoder_steps, data.scales.time_unit)

@@ -85,6 +85,5 @@ def _whole_swings(after: FinalModel, chosen: WholeSwings, data: Data) -> WholeSw
         if not found.converged:  # where joints stick now here and now there, steps may stay larger than they need be
             again = GaussNewton(found.model, found.values, recorded, found.states, found.noise, CLOSE_ENOUGH)
             found = again.run(ENOUGH_STEPS).found()
-        if found.converged:
-            return found
+        return found
     return most_likely(after.model, after.fit.values, with_nodes)

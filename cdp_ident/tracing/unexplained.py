@@ -62,6 +62,8 @@ def unexplained(final: FinalModel, whole: WholeSwings | None, noise: Array, iner
     if not np.any(over_noise > LARGER):
         memory = whole.noise.memory
         words = ["nothing but the encoders' noise"]
+        if whole.noise.absolute:
+            words.append("that of one absolute angle apart from the other's")
         if memory.max() > 0.0:
             words.append(f"of which {100 * memory.max():.0f} % is in the next reading still")
         if late := errors_of_time(whole.noise.time):
@@ -105,10 +107,10 @@ def _noise_of_angles(noise: Array, whole: WholeSwings) -> Array:
     """Return the noise (2,) of theta1 and theta2, with errors of time and what is remembered from node to node."""
     steps = float(np.median(np.concatenate([np.diff(swing.time) for swing in whole.recorded.swings])))
     lasts = -steps / np.log(np.clip(whole.noise.kept, 1e-9, 1.0 - 1e-9))
-    encoders = np.where(lasts < NEAR * whole.recorded.time_unit, whole.noise.encoders, 0.0)
+    angles = whole.noise.angles(lasts < NEAR * whole.recorded.time_unit)
     squares = [np.mean(np.cumsum(linear.rates, axis=1) ** 2, axis=0) for linear in whole.linear]
     late = whole.noise.time * np.sqrt(np.max(squares, axis=0))
-    return np.asarray(np.maximum(noise, np.hypot(late, np.sqrt(np.cumsum(encoders**2)))))
+    return np.asarray(np.maximum(noise, np.hypot(late, angles)))
 
 
 @dataclass(frozen=True)

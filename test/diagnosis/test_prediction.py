@@ -23,7 +23,7 @@ from scenarios.twin import TEN_SECONDS, standard_motion, standard_twin
 PRIOR = Prior()
 MODEL = MotionModel(Mechanism.of(PRIOR))
 TRUTH = groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"])
-NOISE = np.full(2, 2e-3)
+NOISE = np.full(3, 2e-3)
 EXACT = Trial("exact", TEN_SECONDS, standard_motion())
 
 

@@ -39,6 +39,22 @@ def test_values_are_as_far_off_as_is_said_and_no_torque_is_missing(memory):
     np.testing.assert_allclose(np.mean([of.noise.memory for of in found], axis=0), memory, atol=0.05)
 
 
+@pytest.mark.parametrize("late", [0.0, 5e-4])
+@pytest.mark.parametrize("absolute", [False, True])
+def test_noise_is_told_that_is_independent_in_absolute_angles_from_that_of_encoders(absolute, late):
+    rng, size = np.random.default_rng(8), np.array([1e-3, 1.5e-3])
+    off = rng.normal(size=(len(TIME), 2)) * size
+    theta = motion() + (off if absolute else np.cumsum(off, axis=1))
+    theta = theta + late * rng.normal(size=(len(TIME), 1)) * np.gradient(theta, TIME, axis=0)
+    found = found_in([Trial("seen", TIME, theta)])
+    assert found.noise.absolute == absolute
+    np.testing.assert_allclose(found.noise.angles(np.array([True, True]))[0], size[0], rtol=0.1)
+    shown = found.noise.angles(np.array([True, True])) if absolute else found.noise.encoders
+    np.testing.assert_allclose(shown, size, rtol=0.1)
+    np.testing.assert_allclose(found.noise.time, late, rtol=0.1)
+    assert np.all(np.abs(found.values - TRUE) < 4.0 * np.sqrt(np.diag(found.covariance)))
+
+
 def test_a_longer_swing_is_worth_more_than_its_halves():
     half = len(TIME) // 2
     whole = measured(motion(), np.random.default_rng(5))
