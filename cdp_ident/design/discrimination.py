@@ -73,10 +73,6 @@ class RecordedMotion:
         states = tuple(swing.states(knowledge.model) for swing in swings)
         return cls(swings, states, shown / whole, float(averaged))
 
-    def noises(self, noises: Sequence[Noise]) -> list[Noise]:
-        """Return noises of these readings, given those of the next trial's."""
-        return [replace(noise, new=noise.new / np.sqrt(self.averaged)) for noise in noises]
-
 
 @dataclass(frozen=True)
 class Alternative:
@@ -123,6 +119,7 @@ class Alternative:
     def adjusted_to(self, recorded: RecordedMotion) -> "Alternative | None":
         """Return it with values that leave least of the fitted model's motion; None where it has no motion."""
         given, common = self.values, len(self.values) - len(self.model.effects[-1].fitted)
+        noises = [replace(noise, new=noise.new / np.sqrt(recorded.averaged)) for noise in self.noises]
         now, best = self, None
         for _ in range(_MOST_STEPS):
             # Of the values that both have, what is known beforehand is known of the fitted model, too.
@@ -135,7 +132,7 @@ class Alternative:
             linear, states = zip(*differences, strict=True)
             says = tuple(
                 reduced(self.model, np.sqrt(recorded.share) * known, recorded.swings, linear, states, noise)
-                for noise in recorded.noises(self.noises)
+                for noise in noises
             )
             now = replace(now, says=tuple(of.times(1.0 / recorded.share) for of in says))
             if best and not now.deviations_now < (1.0 - _CLOSE) * best.deviations_now:

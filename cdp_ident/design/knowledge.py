@@ -105,21 +105,22 @@ class Knowledge:
         inverse = () if model.inertia_free else (1.0 / model.mechanism.inertia,)
         places = [first] * len(inverse) + [first + len(known)] * len(more)
         values = np.insert(self.values, places, [*inverse, *(0.0 for _ in more)])
-        own = np.insert(np.ones(len(self.values), dtype=bool), places, False)
-        spread = np.diag(
-            np.insert(np.zeros(len(self.values)), places, [*(np.inf for _ in inverse), *(1.0 for _ in more)])
-        )
-        spread[np.ix_(own, own)] = self.covariance
+        variances = np.insert(np.zeros(len(self.values)), places, [*(np.inf for _ in inverse), *(1.0 for _ in more)])
         model = replace(model, inertia_free=True, weight_errors=(*known, *more))
-        return replace(self, model=model, values=values, covariance=spread)
+        return self._extended(model, values, variances)
 
     def with_zeros_of_its_own(self, joints: tuple[str, ...]) -> "Knowledge":
         """Return it with zeros of the next trial's encoders in some joints among the unknowns."""
         if not joints:
             return self
         model, values = replace(self.model, zero_joints=joints).with_zeros(self.values, [NEW])
-        spread = np.diag(np.full(len(values), np.inf))
-        spread[np.ix_(~model.of_zeros, ~model.of_zeros)] = self.covariance
+        return self._extended(model, values, np.full(len(values), np.inf))
+
+    def _extended(self, model: MotionModel, values: Array, variances: Array) -> "Knowledge":
+        """Return it with a model that has more unknowns; of variances (unknowns,) those of the new ones count."""
+        own = np.isin(model.names, self.model.names)
+        spread = np.diag(variances)
+        spread[np.ix_(own, own)] = self.covariance
         return replace(self, model=model, values=values, covariance=spread)
 
     @property

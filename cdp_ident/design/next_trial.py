@@ -66,27 +66,25 @@ class NextTrial:
     def __init__(self, knowledge: Knowledge, grid: Grid) -> None:
         self.knowledge, self.grid = knowledge, grid
         self._informations: dict[CandidateTrial, Array | None] = {}
+        self._symmetric = False
         self._symmetric = self._is_symmetric()
 
     def _is_symmetric(self) -> bool:
         """Return whether a trial on the other side of hanging tells the same, so that half of them need a look."""
-        one, other = self._computed(_TO_ONE_SIDE), self._computed(_TO_ONE_SIDE.mirrored)
+        one, other = self._information(_TO_ONE_SIDE), self._information(_TO_ONE_SIDE.mirrored)
         if one is None or other is None:
             return False
         sizes, mirrored = (np.sum(rows**2, axis=0) for rows in (one, other))
         return bool(np.allclose(sizes, mirrored, rtol=_ALIKE, atol=0.0))
 
-    def _computed(self, trial: CandidateTrial) -> Array | None:
-        try:
-            return information_of(trial, self.knowledge)
-        except (IdentificationError, np.linalg.LinAlgError):
-            return None
-
     def _information(self, trial: CandidateTrial) -> Array | None:
         if self._symmetric and trial.inner < 0.0:
             trial = trial.mirrored
         if trial not in self._informations:
-            self._informations[trial] = self._computed(trial)
+            try:
+                self._informations[trial] = information_of(trial, self.knowledge)
+            except (IdentificationError, np.linalg.LinAlgError):
+                self._informations[trial] = None
         return self._informations[trial]
 
     def sharpest(self, names: Sequence[str], loads: Loads = UNLOADED, grid: Grid | None = None) -> Sharper:

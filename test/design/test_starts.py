@@ -103,23 +103,19 @@ def test_a_mirrored_trial_tells_the_same(heavier):
     assert one == pytest.approx(other, rel=1e-6)
 
 
-def test_half_a_turn_to_one_side_is_half_a_turn_to_the_other():
-    grid = Grid.of(90.0)
-    assert np.degrees(grid.inner) == pytest.approx([-90, 0, 90, 180])
-
-
-def test_every_second_angle_is_left_of_a_thinned_grid_and_hanging_among_them():
-    grid = Grid.of(45.0, most_outer=90.0).thinned
-    assert np.degrees(grid.inner) == pytest.approx([-90, 0, 90, 180])
-    assert np.degrees(grid.outer) == pytest.approx([-90, 0, 90])
-    few = Grid.of(30.0, most_inner=30.0)
-    assert np.array_equal(few.thinned.inner, few.inner)
-
-
-def test_no_rod_is_led_further_than_is_said():
-    grid = Grid.of(30.0, most_inner=60.0, most_outer=170.0)
-    assert np.degrees(grid.inner) == pytest.approx([-60, -30, 0, 30, 60])
-    assert np.degrees(grid.outer[[0, -1]]) == pytest.approx([-150, 150])
+@pytest.mark.parametrize(
+    ("grid", "inner", "outer"),
+    [
+        (Grid.of(90.0), [-90, 0, 90, 180], [-90, 0, 90, 180]),
+        (Grid.of(30.0, most_inner=60.0, most_outer=70.0), [-60, -30, 0, 30, 60], [-60, -30, 0, 30, 60]),
+        (Grid.of(45.0, most_outer=90.0).thinned, [-90, 0, 90, 180], [-90, 0, 90]),
+        (Grid.of(90.0, most_inner=90.0).thinned, [-90, 0, 90], [0, 180]),
+    ],
+    ids=["half a turn is one to either side", "no rod is led further", "every second, hanging too", "few angles stay"],
+)
+def test_a_grid_has_the_angles_that_a_hand_can_lead_to(grid, inner, outer):
+    assert np.degrees(grid.inner) == pytest.approx(inner)
+    assert np.degrees(grid.outer) == pytest.approx(outer)
 
 
 def test_trials_begin_at_its_places_by_the_inner_rod_s_angle():

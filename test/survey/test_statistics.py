@@ -93,15 +93,17 @@ def test_the_rig_that_differs_is_told_and_no_other():
     assert found.value - found.others_value == pytest.approx(0.5, abs=4 * found.std)
 
 
-def test_several_that_differ_are_told_one_after_the_other():
-    found = differing(rigs(np.random.default_rng(1), 1.0, 3.0, 1.0, 2.0, 1.0), LEVEL)
-    assert [difference.rig for difference in found] == ["rig1", "rig3"]
-    assert found[1].others == ("rig0", "rig2", "rig4")
-
-
-def test_of_two_rigs_the_second_differs_from_the_first():
-    (found,) = differing(rigs(np.random.default_rng(2), 1.0, 2.0), LEVEL)
-    assert (found.rig, found.others) == ("rig1", ("rig0",))
+@pytest.mark.parametrize(
+    ("means", "expected"),
+    [
+        ((1.0, 3.0, 1.0, 2.0, 1.0), [("rig1", ("rig0", "rig2", "rig3", "rig4")), ("rig3", ("rig0", "rig2", "rig4"))]),
+        ((1.0, 2.0), [("rig1", ("rig0",))]),
+    ],
+    ids=["one after the other", "of two the second"],
+)
+def test_rigs_that_differ_are_told(means, expected):
+    found = differing(rigs(np.random.default_rng(len(means)), *means), LEVEL)
+    assert [(difference.rig, difference.others) for difference in found] == expected
 
 
 def test_rigs_with_one_value_each_cannot_be_compared():
