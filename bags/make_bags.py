@@ -9,8 +9,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from cdp_ident.demo.client_node import client_node
-from cdp_ident.demo.processes import Nodes, own_domain
+from cdp_ident.demo.nodes import Nodes, own_domain
 from cdp_ident.demo.recording import RIG, record_trials
 
 NAMES = ("swing_wide", "swing_folded", "swing_check")
@@ -24,8 +23,8 @@ def make_bags(folder: Path) -> None:
     own_domain()
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=folder) as name:
-        with Nodes(Path(name) / "logs") as nodes, client_node(nodes.check) as client:
-            recorded = record_trials(nodes, client, RIG, Path(name), print)
+        with Nodes(Path(name) / "logs") as nodes:
+            recorded = record_trials(nodes, RIG, Path(name), print)
         for bag, new_name in zip(recorded, NAMES, strict=True):
             rename(bag, folder / new_name)
 

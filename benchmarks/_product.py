@@ -11,8 +11,7 @@ import numpy as np
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
-from cdp_ident.pipeline.identify import identify
-from cdp_ident.pipeline.identify_and_trace import identify_and_trace
+from cdp_ident.pipeline.identify import identify, identify_and_trace
 from cdp_ident.tracing.trace import Trace
 from cdp_ident.trial.trial import Trial
 from reference.truths import FIT_TRIALS, Measured, Truth

@@ -89,8 +89,7 @@ def record(recording: Recording) -> list[Path]:
     if len(bags) == _TRIALS:
         return bags
     os.environ |= {"ROS_DOMAIN_ID": str(recording.domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
-    from cdp_ident.demo.client_node import client_node  # noqa: PLC0415 - it reads the domain
-    from cdp_ident.demo.processes import Nodes  # noqa: PLC0415
+    from cdp_ident.demo.nodes import Nodes  # noqa: PLC0415 - it reads the domain
     from cdp_ident.demo.recording import RIG, record_trials  # noqa: PLC0415
 
     folder.mkdir(parents=True, exist_ok=True)
@@ -102,8 +101,8 @@ def record(recording: Recording) -> list[Path]:
         for angle in ("theta1", "theta2"):
             hold[angle] += float(generator.normal(0.0, HAND))
     (folder / "rig.yaml").write_text(yaml.safe_dump(rig))
-    with Nodes(folder / "logs") as nodes, client_node(nodes.check) as client:
-        return record_trials(nodes, client, folder / "rig.yaml", folder, lambda said: None)
+    with Nodes(folder / "logs") as nodes:
+        return record_trials(nodes, folder / "rig.yaml", folder, lambda said: None)
 
 
 def judge(recording: Recording, bags: Sequence[Path]) -> Judged:

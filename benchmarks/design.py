@@ -15,7 +15,6 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from cdp_ident.design.criteria import Uncertainty
 from cdp_ident.design.next_trial import NextTrial
 from cdp_ident.design.starts import Grid
 from scenarios.next_swing import ALL_GROUPS, Swings, swing
@@ -32,13 +31,13 @@ def begun(rng: np.random.Generator) -> Swings:
 
 def size(swings: Swings, names: Sequence[str]) -> float:
     """Return how uncertain values are together; see `Uncertainty.size`."""
-    return Uncertainty.of(swings.knowledge, names, swings.knowledge.rows).size
+    return swings.knowledge.uncertainty(names).size
 
 
 def advised(swings: Swings, names: Sequence[str], rng: np.random.Generator, spacing: float) -> tuple[Swings, float]:
     """Return the swings with one more as advised, the hand missing it by some degrees, and the size foretold."""
     found = NextTrial(swings.knowledge, Grid.of(spacing)).sharpest(names).survey
-    theta1, theta2 = np.array([found.trial.theta1, found.trial.theta2]) + np.radians(rng.uniform(-3, 3, 2))
+    theta1, theta2 = np.pi + np.array([found.trial.inner, found.trial.outer]) + np.radians(rng.uniform(-3, 3, 2))
     return swings.with_one_more(swing(theta1, theta2, rng)), found.expected
 
 

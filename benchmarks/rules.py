@@ -93,7 +93,7 @@ RULES = (
     Rule("play is tried", "cdp_ident.tracing.select_effects:hidden_by_torques", _empty),
     Rule("names beside more than noise", "cdp_ident.tracing.trace:where_more_remains", _first),
     Rule("withdrawal", "cdp_ident.tracing.trace:is_worse", _no),
-    Rule("windows of half a swing", "cdp_ident.pipeline.identify_and_trace:_is_followed", _yes),
+    Rule("windows of half a swing", "cdp_ident.pipeline.identify:_is_followed", _yes),
     Rule("values with less torque", "cdp_ident.tracing.final_model:values_with_less_torque", _its_values),
     Rule("tails of torques", "cdp_ident.likelihood.noise:Noise.with_tails", _first),
     Rule(

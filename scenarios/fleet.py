@@ -6,8 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from cdp_ident.report.schema import Section
-from cdp_ident.survey.identification import Finished
-from cdp_ident.survey.pieces import Piece, SurveyedBag
+from cdp_ident.survey.run import Finished, Piece, SurveyedBag
 from reference.pendulum import TABLE_5
 from scenarios.clean_bags import write_clean_bag
 

@@ -19,9 +19,8 @@ from cdp_ident.report.document import print_chapter, wide_console
 from cdp_ident.report.folder import alone_in, check_folder, json_text, write_files
 from cdp_ident.report.schema import Section
 from cdp_ident.survey.contents import survey
-from cdp_ident.survey.identification import Finished
-from cdp_ident.survey.run import PIECES, Plan, conduct, plan
-from cdp_ident.survey.tables import chapter, verdict
+from cdp_ident.survey.page import chapter, survey_html, verdict
+from cdp_ident.survey.run import PIECES, Finished, Plan, conduct, plan
 from cdp_ident.survey.workers import cluster, processes
 
 PAGE, CONTENTS = "survey.html", "survey.json"
@@ -90,8 +89,6 @@ def _conduct(planned: Plan, workers: AbstractContextManager[Executor], where: st
 def _write(out: Path, content: Section, console: Console) -> None:
     """Write the numbers, then the page."""
     write_files(out, {CONTENTS: json_text(content)}, instead_of=(CONTENTS, PAGE))
-    from cdp_ident.survey.page import survey_html
-
     write_files(out, {PAGE: survey_html(content)})
     place = shown(out)
     more = f"{place}/{PAGE} shows it all, {place}/{PIECES}/ has a report of each piece"

@@ -6,8 +6,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from cdp_ident.demo.client_node import ClientNode
-from cdp_ident.demo.processes import Nodes
+from cdp_ident.demo.nodes import Nodes
 from cdp_ident.errors import OptionError
 from cdp_ident.outside_text import shown
 from cdp_ident.rig.emulator.configuration import load_rig
@@ -24,15 +23,10 @@ _COMPILING = 600.0
 """Longest wait for the rig [s]: the first time it compiles its physics before its port is there."""
 
 
-def record_trials(nodes: Nodes, client: ClientNode, rig: Path, folder: Path, say: Callable[[str], None]) -> list[Path]:
+def record_trials(nodes: Nodes, rig: Path, folder: Path, say: Callable[[str], None]) -> list[Path]:
     """Record every swing of an emulated rig's script, through driver and recorder; return the bags.
 
-    Args:
-        nodes: starts and stops the nodes.
-        client: hears and calls them.
-        rig: the emulated rig's file.
-        folder: where the serial port's link, the driver's zero and `trials/` go.
-        say: is given each thing that people should see.
+    The serial port's link, the driver's zero and `trials/` go into a folder; `say` is given what people should see.
 
     Raises:
         OptionError: the rig's file is not usable.
@@ -47,19 +41,19 @@ def record_trials(nodes: Nodes, client: ClientNode, rig: Path, folder: Path, say
         # The rig comes last: its script begins when it is switched on, and by then all are ready for it.
         "emulator": ("--link", str(port), "--rig", str(rig)),
     }
-    states, bags = client.hear("/recorder/state"), client.hear("/recorder/bag")
+    states, bags = nodes.hear("/recorder/state"), nodes.hear("/recorder/bag")
     for name, words in arguments.items():
         if name == "emulator":
-            client.wait_for("the start of the recorder", lambda: "armed" in states)
+            nodes.wait_for("the start of the recorder", lambda: "armed" in states)
         say(f"$ ros2 run cdp_ident {name} {shown(' '.join(words))} &")
         nodes.start(name, *words)
-    client.wait_for("the start of the rig", port.exists, _COMPILING)
-    say(f"\n$ ros2 service call /driver/zero_hanging std_srvs/srv/Trigger\n{client.trigger('/driver/zero_hanging')}\n")
+    nodes.wait_for("the start of the rig", port.exists, _COMPILING)
+    say(f"\n$ ros2 service call /driver/zero_hanging std_srvs/srv/Trigger\n{nodes.trigger('/driver/zero_hanging')}\n")
     patience = max(swings) + _PATIENCE
     for number in range(1, len(swings) + 1):
-        client.wait_for("a release", partial(_reached, states, "recording", number), patience)
+        nodes.wait_for("a release", partial(_reached, states, "recording", number), patience)
         say(f"trial {number} of {len(swings)}: the hand has let go, the recorder noticed and records")
-        client.wait_for("the end of a trial", partial(_reached, bags, "", number), patience)
+        nodes.wait_for("the end of a trial", partial(_reached, bags, "", number), patience)
         say(f"trial {number} of {len(swings)} is {shown(bags[-1])}")
     for name in ("recorder", "driver", "emulator"):
         nodes.stop(name)
@@ -69,8 +63,7 @@ def record_trials(nodes: Nodes, client: ClientNode, rig: Path, folder: Path, say
 def swing_times(rig: Path) -> list[float]:
     """Return how long the pendulum swings after each release that an emulated rig's script has [s].
 
-    Raises:
-        OptionError: the rig's file is not usable, or has fewer than two swings: one to fit, one to hold out.
+    Raises `OptionError` where the file is not usable, or has fewer than two swings: one to fit, one to hold out.
     """
     times: list[float] = []
     swings = False

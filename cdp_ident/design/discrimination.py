@@ -13,10 +13,10 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
-from cdp_ident.design.candidate_trial import CandidateTrial, swing_of
+from cdp_ident.arrays import Array
 from cdp_ident.design.knowledge import Knowledge
+from cdp_ident.design.starts import CandidateTrial, swing_of
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.motion_model import MotionModel
@@ -33,8 +33,6 @@ from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.model.layout import RODS_STATES
 from cdp_ident.model.parameters import time_unit
 from cdp_ident.trial.trial import Trial
-
-Array = npt.NDArray[np.float64]
 
 _SAME = 0.1
 """An alternative nearer to the model than so many deviations can be it, as an extended model of an effect can."""
@@ -58,22 +56,15 @@ class RecordedMotion:
 
     @classmethod
     def of(cls, knowledge: Knowledge, trials: Sequence[Trial]) -> "RecordedMotion":
-        """Lay nodes along trials, or along pieces of them where there is more motion than effects are looked for in.
-
-        Args:
-            knowledge: gives the model and its values.
-            trials: what was measured.
-        """
+        """Lay nodes along trials, or along pieces of them where there is more motion than effects are looked for in."""
         sampling, unit = knowledge.sampling, time_unit(*knowledge.model.constants(knowledge.values))
         stretches = [(index, *bounds) for index, trial in enumerate(trials) for bounds in trial.bounds]
         chosen = spread_evenly(trials, stretches, ENOUGH * unit, unit)
         swings = tuple(
             swing
-            for index, *bounds in chosen
-            for swing in Swing.of(
-                trials[index], index, sampling.step, sampling.spacing, bounds=[(bounds[0], bounds[1])],
-            )
-        )  # fmt: skip
+            for index, first, last in chosen
+            for swing in Swing.of(trials[index], index, sampling.step, sampling.spacing, bounds=[(first, last)])
+        )
         shown, whole = (
             sum(float(np.ptp(trials[index].time[first:last])) for index, first, last in those)
             for those in (chosen, stretches)
@@ -81,10 +72,6 @@ class RecordedMotion:
         averaged = np.median(np.concatenate([np.diff(swing.time) for swing in swings])) / sampling.interval
         states = tuple(swing.states(knowledge.model) for swing in swings)
         return cls(swings, states, shown / whole, float(averaged))
-
-    def noises(self, noises: Sequence[Noise]) -> list[Noise]:
-        """Return noises of these readings, given those of the next trial's."""
-        return [replace(noise, new=noise.new / np.sqrt(self.averaged)) for noise in noises]
 
 
 @dataclass(frozen=True)
@@ -106,7 +93,12 @@ class Alternative:
     @property
     def deviations_now(self) -> float:
         """By how many standard deviations the two differ in the trials that there are."""
-        return float(np.sqrt(max(np.min(self._misfits(self.says)), 0.0)))
+        return self._deviations(self.says)
+
+    @property
+    def can_be_the_same(self) -> bool:
+        """Whether it can say all that the fitted model says, as an extended model of its effect can."""
+        return self.deviations_now < _SAME
 
     def deviations(self, trial: CandidateTrial) -> float:
         """Return by how many standard deviations the two would differ with a further trial; 0 if it has no motion.
@@ -115,33 +107,32 @@ class Alternative:
         """
         try:
             swing, states = swing_of(trial, self.knowledge)
+            linear, own = self._difference(swing, states)
         except IdentificationError:
             return 0.0
-        difference = self._difference(swing, states)
-        if difference is None:
-            return 0.0
-        linear, own = difference
-        both = tuple(
+        both = [
             known.with_more(reduced(self.model, known.of_values, [swing], [linear], [own], noise))
             for known, noise in zip(self.says, self.noises, strict=True)
-        )
-        return float(np.sqrt(max(np.min(self._misfits(both)), 0.0)))
+        ]
+        return self._deviations(both)
 
     def adjusted_to(self, recorded: RecordedMotion) -> "Alternative | None":
         """Return it with values that leave least of the fitted model's motion; None where it has no motion."""
         given, common = self.values, len(self.values) - len(self.model.effects[-1].fitted)
+        noises = [replace(noise, new=noise.new / np.sqrt(recorded.averaged)) for noise in self.noises]
         now, best = self, None
         for _ in range(_MOST_STEPS):
             # Of the values that both have, what is known beforehand is known of the fitted model, too.
             centre = np.concatenate([given[:common], now.values[common:]])
             known = known_before(self.model)._replace(centre=centre).rows(now.values)
-            differences = [now._difference(*each) for each in zip(recorded.swings, recorded.states, strict=True)]
-            if any(of is None for of in differences):
+            try:
+                differences = [now._difference(*each) for each in zip(recorded.swings, recorded.states, strict=True)]
+            except IdentificationError:
                 break
-            linear, states = zip(*(of for of in differences if of), strict=True)
+            linear, states = zip(*differences, strict=True)
             says = tuple(
                 reduced(self.model, np.sqrt(recorded.share) * known, recorded.swings, linear, states, noise)
-                for noise in recorded.noises(self.noises)
+                for noise in noises
             )
             now = replace(now, says=tuple(of.times(1.0 / recorded.share) for of in says))
             if best and not now.deviations_now < (1.0 - _CLOSE) * best.deviations_now:
@@ -149,6 +140,9 @@ class Alternative:
             best, likely = now, now.says[int(np.argmin(now._misfits(now.says)))]
             now = replace(now, values=now.values + most_likely_change(self.model, now.values, likely.of_values)[0])
         return best
+
+    def _deviations(self, says: Sequence[Reduced]) -> float:
+        return float(np.sqrt(max(np.min(self._misfits(says)), 0.0)))
 
     def _misfits(self, says: Sequence[Reduced]) -> Array:
         """Return by how much its misfit is expected to be larger than the fitted model's, with each of the torques.
@@ -163,10 +157,10 @@ class Alternative:
         freedom = np.gradient(logarithms, logarithms_of_squares)
         return left + logarithms - logarithms[0] - freedom * (1.0 - np.exp(-logarithms_of_squares))
 
-    def _difference(self, swing: Swing, states: Array) -> tuple[Linearised, Array] | None:
+    def _difference(self, swing: Swing, states: Array) -> tuple[Linearised, Array]:
         """Return what it says otherwise than the fitted model near states (nodes, states) of that one, and its own.
 
-        None where it has no motion.
+        Raises `IdentificationError` where it has no motion.
         """
         known, count = self.knowledge, self.model.states
         fitted = swing.linearised(known.model, known.values, states)
@@ -175,18 +169,14 @@ class Alternative:
         gaps = other.gaps - _without(known.model, self.place, count, fitted.gaps)
         other = other._replace(gaps=gaps, residuals=other.residuals - fitted.residuals)
         if not all(np.all(np.isfinite(of)) for of in (other.transitions, other.slopes, gaps, other.residuals)):
-            return None
+            raise IdentificationError("the alternative has no motion near that of the fitted model")
         return other, own
 
 
 def alternatives(knowledge: Knowledge, recorded: RecordedMotion, label: str, key: str) -> Iterator[Alternative]:
-    """Yield models with another effect in the place of one; of several forms each that can be adjusted.
+    """Yield models with another effect in the place of the fitted model's of a label, each form that can be adjusted.
 
-    Args:
-        knowledge: of the fitted model.
-        recorded: of the trials that there are.
-        label: of the effect in the fitted model.
-        key: of the effect instead; name and joint alone stand for all of its forms.
+    It is the effect of a key; name and joint alone stand for all of its forms.
     """
     place = knowledge.model.labels.index(label)
     without, remain = knowledge.model.without_effect(place)
@@ -230,8 +220,3 @@ def _beginning(new: ActiveEffect, unit: float) -> Array:
         return np.array([typical(parameter, unit) for parameter in new.fitted])
     lower, upper = (np.array([getattr(parameter, end) for parameter in new.fitted]) for end in ("lower", "upper"))
     return np.asarray(np.clip(next(beginnings(new, unit)), lower, upper))
-
-
-def can_be_the_same(alternative: Alternative) -> bool:
-    """Return whether an alternative can say all that the fitted model says, as an extended model of its effect can."""
-    return alternative.deviations_now < _SAME

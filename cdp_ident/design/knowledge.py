@@ -5,17 +5,17 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array, Indices
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.likelihood.noise import Noise
+from cdp_ident.likelihood.reduction import inverse_of
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.parameters import INVERSE_INERTIA
 from cdp_ident.model.weights import Weight
-
-Array = npt.NDArray[np.float64]
 
 NEW = -1
 """Number of the next trial, in which nothing happens once."""
@@ -37,6 +37,20 @@ class Sampling:
     """Of the integrator [s]."""
     steps: Array
     """(2,) of the encoders, 0 where none shows [rad]."""
+
+
+class Uncertainty(NamedTuple):
+    """Of one unknown, or of several together, what is not asked for being estimated along with them.
+
+    The trial that makes the first smallest is c-optimal, the second D-optimal: it has the smallest determinant of the
+    covariance, that is volume of the confidence region (Pukelsheim, Optimal Design of Experiments, 1993, Chapters 2 and
+    6; Atkinson, Donev and Tobias, Optimum Experimental Designs, with SAS, 2007, Chapters 10 and 11).
+    """
+
+    std: Array
+    """(names,) standard deviations."""
+    size: float
+    """How uncertain they are together: the root of the determinant's root of as many; one's own deviation."""
 
 
 @dataclass(frozen=True)
@@ -91,21 +105,22 @@ class Knowledge:
         inverse = () if model.inertia_free else (1.0 / model.mechanism.inertia,)
         places = [first] * len(inverse) + [first + len(known)] * len(more)
         values = np.insert(self.values, places, [*inverse, *(0.0 for _ in more)])
-        own = np.insert(np.ones(len(self.values), dtype=bool), places, False)
-        spread = np.diag(
-            np.insert(np.zeros(len(self.values)), places, [*(np.inf for _ in inverse), *(1.0 for _ in more)])
-        )
-        spread[np.ix_(own, own)] = self.covariance
+        variances = np.insert(np.zeros(len(self.values)), places, [*(np.inf for _ in inverse), *(1.0 for _ in more)])
         model = replace(model, inertia_free=True, weight_errors=(*known, *more))
-        return replace(self, model=model, values=values, covariance=spread)
+        return self._extended(model, values, variances)
 
     def with_zeros_of_its_own(self, joints: tuple[str, ...]) -> "Knowledge":
         """Return it with zeros of the next trial's encoders in some joints among the unknowns."""
         if not joints:
             return self
         model, values = replace(self.model, zero_joints=joints).with_zeros(self.values, [NEW])
-        spread = np.diag(np.full(len(values), np.inf))
-        spread[np.ix_(~model.of_zeros, ~model.of_zeros)] = self.covariance
+        return self._extended(model, values, np.full(len(values), np.inf))
+
+    def _extended(self, model: MotionModel, values: Array, variances: Array) -> "Knowledge":
+        """Return it with a model that has more unknowns; of variances (unknowns,) those of the new ones count."""
+        own = np.isin(model.names, self.model.names)
+        spread = np.diag(variances)
+        spread[np.ix_(own, own)] = self.covariance
         return replace(self, model=model, values=values, covariance=spread)
 
     @property
@@ -120,7 +135,7 @@ class Knowledge:
         may = self.model.of_rig & ~self.model.of_curves
         return tuple(name for name, may_be in zip(self.model.names, may, strict=True) if may_be)
 
-    def places(self, names: Sequence[str]) -> npt.NDArray[np.int64]:
+    def places(self, names: Sequence[str]) -> Indices:
         """Return where unknowns are, by their names."""
         return np.array([self.model.names.index(name) for name in names], dtype=np.int64)
 
@@ -133,3 +148,23 @@ class Knowledge:
         rows = np.zeros((len(seen), len(self.values)))
         rows[:, seen] = (vectors / np.sqrt(np.maximum(sizes, _ROUNDING * sizes[-1]))).T / std
         return rows
+
+    def uncertainty(self, names: Sequence[str], gained: Array | None = None) -> Uncertainty:
+        """Return that of the unknowns of these names, with rows (n, unknowns) of a further trial's information."""
+        asked = self.places(names)
+        rows = self.rows if gained is None else np.concatenate([self.rows, gained])
+        part = covariance_of(rows)[np.ix_(asked, asked)]
+        std = np.sqrt(np.diag(part))
+        if not np.all(np.isfinite(part)):
+            return Uncertainty(std, float("inf"))
+        scale = np.maximum(std, np.sqrt(np.finfo(float).tiny))
+        sign, logarithm = np.linalg.slogdet(part / np.outer(scale, scale))
+        together = float(np.exp(np.mean(np.log(scale))))
+        return Uncertainty(std, together * float(np.exp(logarithm / (2 * len(asked)))) if sign > 0 else 0.0)
+
+
+def covariance_of(rows: Array) -> Array:
+    """Return the covariance (k, k) of all unknowns, given rows (n, k); infinite for one of which they say nothing."""
+    _, covariance, undetermined = inverse_of(rows)
+    covariance[undetermined, undetermined] = np.inf
+    return covariance

@@ -2,26 +2,50 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a next trial would tell, start by start, under every criterion."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
-from cdp_ident.design.candidate_trial import CandidateTrial, information_of
-from cdp_ident.design.criteria import Uncertainty
+from cdp_ident.arrays import Array
 from cdp_ident.design.discrimination import Alternative
-from cdp_ident.design.knowledge import Knowledge
-from cdp_ident.design.loads import UNLOADED, Loads
-from cdp_ident.design.starts import Grid, Survey, survey
+from cdp_ident.design.knowledge import Knowledge, Uncertainty
+from cdp_ident.design.starts import CandidateTrial, Grid, Survey, information_of, survey
 from cdp_ident.errors import IdentificationError
+from cdp_ident.model.weight_settings import STANDARD_PLACE_STD, STANDARD_RELATIVE_STD
+from cdp_ident.model.weights import Weight
 
-Array = npt.NDArray[np.float64]
-_TO_ONE_SIDE = CandidateTrial(np.pi + 0.3, np.pi + 0.5)
+Loads = tuple[tuple[Weight, ...], ...]
+"""What the rods may carry: each is tried at each start."""
+UNLOADED: Loads = ((),)
+_SHARE = 0.1
+"""Of A22 that a weight adds which is to show it: it changes the base parameters by about as much."""
+_TO_ONE_SIDE = CandidateTrial(0.3, 0.5)
 _WORTH_CLAMPING = 0.05
 """A weight that brings a smaller share more than the best start without one is not worth the work."""
 _ALIKE = 1e-6
 """Informations of mirrored motions differ by rounding alone; these are too calm for it to grow."""
+
+
+def loads_of(weights: Iterable[tuple[Weight, ...]]) -> Loads:
+    """Return nothing, and each of the given sets of weights once."""
+    return tuple(dict.fromkeys((*UNLOADED, *weights)))
+
+
+def telling_weight(knowledge: Knowledge) -> Weight:
+    """Return a weight that would show A22: at the end of the outer rod, and adding a tenth of A22 by d L^2 there.
+
+    Mass and place are rounded to what one can have, and as well known as where a user says nothing of it.
+    """
+    length, _ = knowledge.model.constants(knowledge.values)
+    mass = _rounded(_SHARE * knowledge.model.mechanism.inertia / length**2)
+    place = _rounded(knowledge.model.mechanism.outer_length)
+    return Weight("outer", mass, place, 0.0, STANDARD_RELATIVE_STD * mass, STANDARD_PLACE_STD)
+
+
+def _rounded(value: float) -> float:
+    """Return a number to its two leading digits."""
+    return float(np.format_float_scientific(value, precision=1))
 
 
 @dataclass(frozen=True)
@@ -42,51 +66,41 @@ class NextTrial:
     def __init__(self, knowledge: Knowledge, grid: Grid) -> None:
         self.knowledge, self.grid = knowledge, grid
         self._informations: dict[CandidateTrial, Array | None] = {}
+        self._symmetric = False
         self._symmetric = self._is_symmetric()
 
     def _is_symmetric(self) -> bool:
         """Return whether a trial on the other side of hanging tells the same, so that half of them need a look."""
-        one, other = self._computed(_TO_ONE_SIDE), self._computed(_TO_ONE_SIDE.mirrored)
+        one, other = self._information(_TO_ONE_SIDE), self._information(_TO_ONE_SIDE.mirrored)
         if one is None or other is None:
             return False
         sizes, mirrored = (np.sum(rows**2, axis=0) for rows in (one, other))
         return bool(np.allclose(sizes, mirrored, rtol=_ALIKE, atol=0.0))
 
-    def _computed(self, trial: CandidateTrial) -> Array | None:
-        try:
-            return information_of(trial, self.knowledge)
-        except (IdentificationError, np.linalg.LinAlgError):
-            return None
-
     def _information(self, trial: CandidateTrial) -> Array | None:
-        if self._symmetric and trial.theta1 < np.pi:
+        if self._symmetric and trial.inner < 0.0:
             trial = trial.mirrored
         if trial not in self._informations:
-            self._informations[trial] = self._computed(trial)
+            try:
+                self._informations[trial] = information_of(trial, self.knowledge)
+            except (IdentificationError, np.linalg.LinAlgError):
+                self._informations[trial] = None
         return self._informations[trial]
 
     def sharpest(self, names: Sequence[str], loads: Loads = UNLOADED, grid: Grid | None = None) -> Sharper:
-        """Return the trial that makes the values of these unknowns surest: one of them, or all together.
+        """Return the trial that makes the values of some unknowns surest: of one, or of several together.
 
-        What the weights of the loads may be wrong by is among the knowledge's unknowns (`Knowledge.with_weights`).
-
-        Args:
-            names: of the unknowns.
-            loads: what the rods may carry.
-            grid: of starts to choose from, if not all.
+        What the weights of the loads may be wrong by is among the knowledge's unknowns (`Knowledge.with_weights`). A
+        grid says from which starts to choose, if not from all.
         """
-
-        def after(gained: Array) -> Uncertainty:
-            return Uncertainty.of(self.knowledge, names, np.concatenate([self.knowledge.rows, gained]))
 
         def loss(trial: CandidateTrial) -> float:
             rows = self._information(trial)
-            return np.inf if rows is None else after(rows).size
+            return np.inf if rows is None else self.knowledge.uncertainty(names, rows).size
 
-        nothing = np.zeros((0, len(self.knowledge.values)))
         found = self._survey(loss, loads, grid or self.grid)
-        gained = self._information(found.trial)
-        return Sharper(after(nothing), after(nothing if gained is None else gained), found)
+        then = self.knowledge.uncertainty(names, self._information(found.trial))
+        return Sharper(self.knowledge.uncertainty(names), then, found)
 
     def furthest_apart(self, alternative: Alternative, loads: Loads = UNLOADED) -> Survey:
         """Return by which trial an effect of the model differs most from its alternative [deviations, negative]."""
@@ -95,7 +109,7 @@ class NextTrial:
     def _survey(self, loss: Callable[[CandidateTrial], float], loads: Loads, grid: Grid) -> Survey:
         """Return the survey with the load that is best, or without where that is hardly worse."""
         surveys = [survey(loss, grid, load) for load in loads]
-        unloaded = next((each for each in surveys if not each.weights), None)
+        unloaded = next((each for each in surveys if not each.trial.weights), None)
         best = min(surveys, key=lambda each: each.expected)
         if unloaded and unloaded.expected <= best.expected + _WORTH_CLAMPING * abs(best.expected):
             best = unloaded

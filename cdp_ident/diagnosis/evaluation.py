@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array
 from cdp_ident.diagnosis.warnings import FAR_OFF
 from cdp_ident.errors import FitFailedError, IdentificationError
 from cdp_ident.fit.data import Data
@@ -16,8 +16,6 @@ from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.windows import Window, beginning_of, cut_at, shared
 from cdp_ident.machine.parallel import parallel_map
 from cdp_ident.trial.trial import Trial
-
-Array = npt.NDArray[np.float64]
 
 _LOST = 0.2
 """An error of the angles, as a share of their scatter, beyond which a simulation no longer follows the motion."""
@@ -32,15 +30,12 @@ class Errors:
     rmse: float
     """Root mean square of measured minus simulated angles, theta1 and theta2 together [rad]."""
     rmse_theta1: float
-    """The same for theta1 alone [rad]."""
     rmse_theta2: float
-    """The same for theta2 alone [rad]."""
     sse_free_run: float
     """Eq. (10): squared error of one simulation of each whole trial from its beginning, over these windows [rad^2]."""
     fit_theta1: float
     """Fit of theta1 [%]; see `fit_per_cent`."""
     fit_theta2: float
-    """The same for theta2 [%]."""
 
 
 _NO_MOTION = Errors(np.inf, np.inf, np.inf, sse_free_run=np.inf, fit_theta1=-np.inf, fit_theta2=-np.inf)
@@ -56,14 +51,10 @@ class ErrorsByRole:
 
 
 def evaluate(model: MotionModel, values: Array, data: Data, enough: float) -> ErrorsByRole:
-    """Return the errors of a model with values that were not fitted, initial states of windows fitted to their samples.
+    """Return the errors of a model whose values (unknowns,) are held, initial states of windows being fitted.
 
-    Args:
-        model: gives the motion.
-        values: (unknowns,) values that are held.
-        data: windows by their roles.
-        enough: motion over whose windows errors are taken, where there is more [s]; see `fit/share.py`. Those of whole
-            trials, Eq. (10), are always over all.
+    Where there is more motion than `enough` [s], they are taken over a share of the windows (`fit/share.py`); those of
+    whole trials, Eq. (10), are always over all.
     """
 
     def followed(windows: Sequence[Window]) -> Fit | None:
@@ -91,13 +82,7 @@ def errors_by_role(fit: Fit | None, holdout: Fit | None, data: Data) -> ErrorsBy
 
 
 def errors_of(fit: Fit, runs: Mapping[int, Array], windows: Sequence[Window]) -> Errors:
-    """Return the errors of a fit.
-
-    Args:
-        fit: to some windows.
-        runs: see `free_runs`.
-        windows: over which Eq. (10) is taken.
-    """
+    """Return the errors of a fit; Eq. (10) is taken from `free_runs`, over its own choice of windows."""
     squared = sum(float(np.sum(runs[window.trial][window.samples] ** 2)) for window in windows)
     squared = squared if np.isfinite(squared) else np.inf
     return Errors(fit.rmse(), fit.rmse(0), fit.rmse(1), squared, *map(float, fit_per_cent(fit)))
@@ -116,31 +101,23 @@ def fit_per_cent(fit: Fit) -> Array:
         return np.asarray(100.0 * (1.0 - np.sqrt(left / moved)))
 
 
-def free_run(model: MotionModel, values: Array, trial: Trial, index: int, duration: float) -> Array:
-    """Return the angles (n, 2) [rad] of one simulation of a whole trial, as Eq. (10) has it.
+def start_of(model: MotionModel, values: Array, trial: Trial, index: int, duration: float) -> Array:
+    """Return the state (states,) in which a trial begins, fitted to its first `duration` [s], values (unknowns,) held.
 
-    Args:
-        model: gives the motion.
-        values: (unknowns,) values that are held.
-        trial: the trial, from whose beginning on the motion is simulated.
-        index: which trial it is, for effects that happen once.
-        duration: length of the beginning to which the initial state is fitted [s].
+    `index` says which trial it is, for effects that happen once.
     """
+    return fit_initial_states(model, values, [beginning_of(trial, index, duration)]).windows[0].start
+
+
+def free_run(model: MotionModel, values: Array, trial: Trial, index: int, duration: float) -> Array:
+    """Return the angles (n, 2) [rad] of one simulation of a whole trial from `start_of` it, as Eq. (10) has it."""
     start = start_of(model, values, trial, index, duration)
     (whole,) = cut_at(trial, index, [0, len(trial.time)])
     return model.predict(values, start, whole)
 
 
-def start_of(model: MotionModel, values: Array, trial: Trial, index: int, duration: float) -> Array:
-    """Return the state (states,) in which a trial begins, fitted to its beginning; arguments as those of `free_run`."""
-    return fit_initial_states(model, values, [beginning_of(trial, index, duration)]).windows[0].start
-
-
 def free_runs(fit: Fit, trials: Sequence[Trial], duration: float) -> dict[int, Array]:
-    """Return measured minus simulated angles (n, 2) [rad] of one simulation of each whole trial, by its number.
-
-    They are infinite where no motion can be computed. Arguments are those of `free_run`.
-    """
+    """Return measured angles (n, 2) minus those of a `free_run` [rad], by the trial's number; infinite without one."""
 
     def left(index: int) -> Array:
         try:
@@ -152,10 +129,10 @@ def free_runs(fit: Fit, trials: Sequence[Trial], duration: float) -> dict[int, A
 
 
 def refuse_a_failed_fit(fits: Sequence[Fit], noise: float) -> None:
-    """Raise `FitFailedError` where the model follows the motion in too few windows, fitted or predicted.
+    """Raise `FitFailedError` where the model follows the motion in too few windows.
 
     Args:
-        fits: how the model follows the motion it was fitted to, and how it predicts it.
+        fits: how it follows the motion it was fitted to, and how it predicts it.
         noise: root mean square of what the encoders add to both angles [rad].
     """
     scatter = np.sqrt(np.mean([np.var(window.theta, axis=0).mean() for fit in fits for window in fit.windows]))

@@ -7,19 +7,16 @@ which physical values share the same unknowns (the base parameters' formulas ans
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from itertools import combinations
+from dataclasses import dataclass, replace
+from itertools import chain, combinations
 
 import numpy as np
-import numpy.typing as npt
 
-from cdp_ident.diagnosis.identification import Identification
-from cdp_ident.diagnosis.inertia import GUESSED, Inertia
+from cdp_ident.arrays import Array
+from cdp_ident.diagnosis.identification import GUESSED, Identification, Inertia
 from cdp_ident.fit.initial_states import Fit
 from cdp_ident.fit.physical import CONFIDENCE, is_determined, logarithmic_derivatives
 from cdp_ident.model.parameters import GROUPS, INVERSE_INERTIA, SYMBOLS
-
-Array = npt.NDArray[np.float64]
 
 _UNOBSERVABLE = 1e-6
 """Singular value, as a share of the largest, below which a combination of unknowns counts as unobservable."""
@@ -101,30 +98,30 @@ def identifiability(found: Identification) -> Identifiability:
     shown = (*GROUPS, INVERSE_INERTIA) if inertia.shown else GROUPS
     seen = [index for index, group in enumerate(shown) if group.symbol not in hidden]
     derivatives = logarithmic_derivatives(physical.values, length, inertia.shown)[seen]
-    columns = dict(zip(SYMBOLS, derivatives.T, strict=True))
     # A value of zero has no relative change; what is known does not change; an impossible mechanism says nothing; and a
     # friction whose base parameter is not determined stands alone.
-    free = {
-        symbol: columns[symbol]
+    free = [
+        symbol
         for symbol in _ROD_BY_ROD
         if physical.possible
         and symbol not in prior.known
         and physical.values[SYMBOLS.index(symbol)] > 0
-        and np.any(np.abs(columns[symbol]) > _RANK_TOLERANCE)
-    }
+        and np.any(np.abs(derivatives[:, SYMBOLS.index(symbol)]) > _RANK_TOLERANCE)
+    ]
+    columns = derivatives[:, [SYMBOLS.index(symbol) for symbol in free]]
     result = Identifiability(
         directions=directions,
         undetermined=undetermined,
         unobservable=unobservable,
         determined_physical=tuple(s for s, sure in zip(SYMBOLS, physical.determined, strict=True) if sure),
-        tradeoffs=tuple(_tradeoffs(free)),
-        to_measure=_to_measure(free),
+        tradeoffs=tuple(_tradeoffs(free, columns)),
+        to_measure=_to_measure(free, columns),
         words=(),
     )
     words = [*_words_on_unknowns(result, names, values, std), *_words_on_inertia(fit, inertia, found.data.names)]
     if physical.possible:
         words += _words_on_physical_values(result, tuple(prior.known), inertia, physical.inertia_std_once_weighed)
-    return Identifiability(**{**vars(result), "words": tuple(words)})
+    return replace(result, words=tuple(words))
 
 
 def _directions(fit: Fit, triangle: Array) -> tuple[tuple[Direction, ...], tuple[Tradeoff, ...]]:
@@ -147,51 +144,45 @@ def _largest(vector: Array) -> float:
     return float(vector[np.argmax(sizes > (1.0 - _RANK_TOLERANCE) * sizes.max())])
 
 
-def _tradeoffs(columns: Mapping[str, Array]) -> Iterator[Tradeoff]:
-    """Yield independent relative changes of few values each that leave the base parameters as they are."""
-    names = list(columns)
-    found: list[Array] = []
-    together = [name for name in _SCALED_TOGETHER if name in columns]
-    candidates: list[Sequence[str]] = [together] if len(together) > 1 else []
-    candidates += [chosen for size in range(2, len(names) + 1) for chosen in combinations(names, size)]
-    for chosen in candidates:
-        if len(found) == len(names) - _rank([columns[name] for name in names]):
+def _tradeoffs(names: Sequence[str], columns: Array) -> Iterator[Tradeoff]:
+    """Yield independent relative changes of few values each that leave the base parameters as they are.
+
+    `columns` (base parameters, names) have the logarithmic derivatives of these by the values.
+    """
+    found: Array = np.zeros((0, len(names)))
+    together = tuple(names.index(name) for name in _SCALED_TOGETHER if name in names)
+    smallest_first = (chosen for size in range(2, len(names) + 1) for chosen in combinations(range(len(names)), size))
+    for chosen in chain([together] if together else [], smallest_first):
+        if len(found) == len(names) - _rank(columns):
             return
-        matrix = np.array([columns[name] for name in chosen]).T
-        if chosen is together:
-            vector = np.ones(len(chosen))
-            if np.linalg.norm(matrix @ vector) > _RANK_TOLERANCE * len(chosen):
-                continue
-        elif _rank(list(matrix.T)) == len(chosen):
+        part = columns[:, chosen]
+        vector = np.full(len(chosen), len(chosen) ** -0.5) if chosen is together else np.linalg.svd(part)[2][-1]
+        if np.linalg.norm(part @ vector) > _RANK_TOLERANCE:
             continue
-        else:
-            vector = np.linalg.svd(matrix)[2][-1]
-        whole = np.zeros(len(names))
-        whole[[names.index(name) for name in chosen]] = vector
-        if _rank([*found, whole]) == len(found):
-            continue
-        found.append(whole)
-        yield Tradeoff.of(chosen, vector)
+        whole = np.zeros((1, len(names)))
+        whole[0, chosen] = vector
+        if _rank(more := np.concatenate([found, whole])) > len(found):
+            found = more
+            yield Tradeoff.of([names[k] for k in chosen], vector)
 
 
-def _to_measure(columns: Mapping[str, Array]) -> tuple[str, ...]:
+def _to_measure(names: Sequence[str], columns: Array) -> tuple[str, ...]:
     """Return values, the easiest to measure first, that leave nothing undetermined once they are known."""
-    left, chosen = dict(columns), []
+
+    def freedom(left: Sequence[str]) -> int:
+        return len(left) - _rank(columns[:, [names.index(name) for name in left]])
+
+    left, chosen = list(names), list[str]()
     for name in _BY_EASE_OF_MEASURING:
-        freedom = len(left) - _rank(list(left.values()))
-        if freedom == 0:
-            break
-        without = {other: column for other, column in left.items() if other != name}
-        if name in left and len(without) - _rank(list(without.values())) < freedom:
+        without = [other for other in left if other != name]
+        if freedom(without) < freedom(left):
             left = without
             chosen.append(name)
     return tuple(chosen)
 
 
-def _rank(columns: Sequence[Array]) -> int:
-    if not columns or columns[0].size == 0:
-        return 0
-    return int(np.linalg.matrix_rank(np.array(columns), tol=_RANK_TOLERANCE))
+def _rank(matrix: Array) -> int:
+    return int(np.linalg.matrix_rank(matrix, tol=_RANK_TOLERANCE)) if matrix.size else 0
 
 
 def _words_on_unknowns(found: Identifiability, names: Sequence[str], values: Array, std: Array) -> Iterator[str]:

@@ -5,20 +5,17 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array
 from cdp_ident.diagnosis.warnings import FAR_OFF, MOST_NAMED, FitWarning
 from cdp_ident.fit.data import Data
-from cdp_ident.fit.initial_states import fit_initial_states
-from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.fit.initial_states import Fit, fit_initial_states
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.likelihood.gauss_newton import GaussNewton
 from cdp_ident.likelihood.maxima import NEAR
 from cdp_ident.likelihood.noise import Noise
 from cdp_ident.likelihood.recorded import one_recorded, states_of
 from cdp_ident.trial.trial import Trial
-
-Array = npt.NDArray[np.float64]
 
 _NO_LONGER = 1.5
 """A new trial no longer fits if its error is so many times that on held-out motion."""
@@ -78,14 +75,11 @@ class NewTrialCheck:
         return None if self.fits else FitWarning("no_longer_fits", (self.trial,), self.words)
 
 
-def check_new_trial(
-    model: MotionModel, values: Array, spread: Array, expected: float, trial: Trial, data: Data
-) -> NewTrialCheck:
+def check_new_trial(fitted: Fit, spread: Array, expected: float, trial: Trial, data: Data) -> NewTrialCheck:
     """Check a trial by a model that was not fitted to it.
 
     Args:
-        model: the model, with its effects.
-        values: (unknowns,) its values.
+        fitted: gives the model, with its effects, and its values.
         spread: (unknowns, unknowns) their covariance.
         expected: its error on held-out motion [rad].
         trial: the new trial.
@@ -97,23 +91,22 @@ def check_new_trial(
     number = len(data.trials)  # no effect of an instant is of it
     windows = [replace(w, trial=number) for w in cut_into_windows([trial], min(data.window, trial.duration))]
     # A single trial does not determine A22; nor do trials that all had the same weights.
-    known, remain = model.with_inertia_known(values)
-    model, values, spread = known, values[remain], spread[np.ix_(remain, remain)]
+    model, remain = fitted.model.with_inertia_known(fitted.values)
+    values = fitted.values[remain]
     held = fit_initial_states(model, values, windows)
     recorded = one_recorded(data, trial, number, NEAR)
     states = states_of(recorded, held.model)
     noise = Noise.white(recorded.encoders, recorded.large_torque)
     alone = GaussNewton(held.model, held.values, recorded, states, noise).run().found()
     # Zeros of a trial are not the rig's, and coefficients of curves have no meaning one by one.
-    new, old = (fitted.of_rig & ~fitted.of_curves for fitted in (alone.model, model))
+    new, old = (of.of_rig & ~of.of_curves for of in (alone.model, model))
     names, before, now = np.array(model.names)[old], values[old], alone.values[new]
-    variances = np.diag(alone.covariance)[new] + np.diag(spread)[old]
-    seen = np.isfinite(variances) & (variances > 0)
-    deviations = np.zeros(len(before))
-    deviations[seen] = (now - before)[seen] / np.sqrt(variances[seen])
+    variances = np.diag(alone.covariance)[new] + np.diag(spread)[remain][old]
+    variances[~(variances > 0)] = np.inf
+    deviations = np.abs(now - before) / np.sqrt(variances)
     changed = [
-        Changed(str(names[k]), float(before[k]), float(now[k]), float(abs(deviations[k])))
-        for k in np.argsort(-np.abs(deviations), kind="stable")
-        if abs(deviations[k]) > FAR_OFF
+        Changed(str(names[k]), float(before[k]), float(now[k]), float(deviations[k]))
+        for k in np.argsort(-deviations, kind="stable")
+        if deviations[k] > FAR_OFF
     ]
     return NewTrialCheck(trial.name, held.rmse(), expected, tuple(changed))

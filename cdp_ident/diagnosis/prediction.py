@@ -7,19 +7,17 @@ simulated from there (k-step-ahead prediction with k up to the horizon: Ljung, S
 3.2). The error grows by that of the model and, in chaotic motion exponentially, by that of the state.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.data import Data
 from cdp_ident.fit.initial_states import Fit, fit_initial_states
-from cdp_ident.fit.windows import FEWEST_SAMPLES, cut_at, without_gaps
-from cdp_ident.trial.trial import Trial
-
-Array = npt.NDArray[np.float64]
+from cdp_ident.fit.windows import FEWEST_SAMPLES, Window, cut_at, without_gaps
 
 LIMITS = (1.0, 5.0)
 """Errors for which it is reported how long a model stays below them [degrees]."""
@@ -32,17 +30,13 @@ _HORIZON = 50.0
 _MOST_STARTS = 60
 
 
-@dataclass(frozen=True)
-class Start:
-    """Where in a trial a prediction begins, by samples."""
+class Start(NamedTuple):
+    """An instant from which the motion is predicted."""
 
-    trial: int
-    first: int
-    """The first sample to which the state is fitted."""
-    at: int
-    """The first sample that is predicted."""
-    end: int
-    """The one after the last."""
+    seen: Window
+    """The motion before it, to which the state is fitted."""
+    whole: Window
+    """The same with the motion that is predicted."""
 
 
 @dataclass(frozen=True)
@@ -93,63 +87,60 @@ def plan_of(data: Data) -> Plan:
     stretches = [(index, *bounds) for index in trials for bounds in without_gaps(data.trials[index].time)]
     longest = max(float(np.ptp(data.trials[index].time[first:last])) for index, first, last in stretches)
     horizon = min(_HORIZON * unit, longest / 2.0)
-    spacing = max(_spacing(data.trials[index]) for index in trials)
+    spacing = max(float(np.median(np.diff(data.trials[index].time))) for index in trials)
     fitted_span = max(_FITTED * unit, 2.0 * FEWEST_SAMPLES * spacing)
-    starts = [
-        start for index, first, last in stretches for start in _starts(data, index, first, last, fitted_span, horizon)
+    places = [
+        (index, first + begin, first + at, first + end)
+        for index, first, last in stretches
+        for begin, at, end in _places(data.trials[index].time[first:last], unit, fitted_span, horizon)
     ]
-    every = max(1, -(-len(starts) // _MOST_STARTS))
-    return Plan(tuple(starts[::every]), bool(held_out), fitted_span, horizon)
+    every = max(1, -(-len(places) // _MOST_STARTS))
+    starts = tuple(
+        Start(*(cut_at(data.trials[index], index, [begin, until], data.scales.step)[0] for until in (at, end)))
+        for index, begin, at, end in places[::every]
+    )
+    return Plan(starts, bool(held_out), fitted_span, horizon)
 
 
-def _spacing(trial: Trial) -> float:
-    return float(np.median(np.diff(trial.time)))
-
-
-def _starts(data: Data, index: int, first: int, last: int, fitted_span: float, horizon: float) -> Iterator[Start]:
-    time = data.trials[index].time[first:last]
+def _places(time: Array, unit: float, fitted_span: float, horizon: float) -> Iterator[tuple[int, int, int]]:
+    """Yield samples of a stretch: the first to which a state is fitted, the first predicted, and the end."""
     room = float(time[-1] - time[0]) - fitted_span - horizon
-    count = int(room / data.scales.time_unit) + 1 if room >= 0.0 else 0
-    for at in time[0] + fitted_span + np.linspace(0.0, max(room, 0.0), count):
-        begin, now, end = (int(place) for place in np.searchsorted(time, [at - fitted_span, at, at + horizon]))
-        if now - begin >= FEWEST_SAMPLES and now < len(time):
-            yield Start(index, first + begin, first + now, first + min(end + 1, len(time)))
+    count = int(room / unit) + 1 if room >= 0.0 else 0
+    for instant in time[0] + fitted_span + np.linspace(0.0, max(room, 0.0), count):
+        begin, at, end = np.searchsorted(time, [instant - fitted_span, instant, instant + horizon]).tolist()
+        if at - begin >= FEWEST_SAMPLES and at < len(time):
+            yield begin, at, min(end + 1, len(time))
 
 
-def predicted(final: Fit, data: Data, plan: Plan) -> Prediction | None:
+def predicted(final: Fit, plan: Plan) -> Prediction | None:
     """Return how far ahead a model predicts; None where there is no start, or no motion can be computed.
 
-    Args:
-        final: gives the model and its values, the zeros of all trials' encoders among them.
-        data: the trials.
-        plan: where predictions begin.
+    `final` gives the model and its values, the zeros of all trials' encoders among them.
     """
-    step = data.scales.step
-    seen = [cut_at(data.trials[s.trial], s.trial, [s.first, s.at], step)[0] for s in plan.starts]
-    if not seen:
+    if not plan.starts:
         return None
     try:
-        fitted = fit_initial_states(final.model, final.values, seen)
+        fitted = fit_initial_states(final.model, final.values, [start.seen for start in plan.starts])
     except IdentificationError:
         return None
     time = plan.horizon * np.arange(POINTS) / (POINTS - 1)
     grown, lasted = [], []
-    for start, window in zip(plan.starts, fitted.windows, strict=True):
-        trial = data.trials[start.trial]
-        whole = cut_at(trial, start.trial, [start.first, start.end], step)[0]
+    for (seen, whole), window in zip(plan.starts, fitted.windows, strict=True):
+        ahead = slice(len(seen.time) - 1, None)
         theta = fitted.model.predict(fitted.values, window.start, whole)
-        ahead = slice(start.at - start.first - 1, None)
         error = np.max(np.abs(whole.theta - theta)[ahead], axis=1)
         error[~np.isfinite(error)] = np.inf
         since = whole.time[ahead] - whole.time[ahead][0]
         grown.append(error[np.minimum(np.searchsorted(since, time), len(error) - 1)])
         lasted.append([_lasted(since, error, np.radians(limit)) for limit in LIMITS])
+    medians = np.quantile(lasted, 0.5, axis=0, method="lower").tolist()
     return Prediction(
         time=time,
         median=np.quantile(grown, 0.5, axis=0, method="lower"),
         upper=np.quantile(grown, 0.75, axis=0, method="lower"),
         within=tuple(
-            _within(limit, times, plan.horizon) for limit, times in zip(LIMITS, np.transpose(lasted), strict=True)
+            Within(limit, min(median, plan.horizon), median > plan.horizon)
+            for limit, median in zip(LIMITS, medians, strict=True)
         ),
     )
 
@@ -158,8 +149,3 @@ def _lasted(since: Array, error: Array, limit: float) -> float:
     """Return when an error first exceeds a limit [s]; infinite where it never does."""
     beyond = error[1:] > limit
     return float(since[1:][np.argmax(beyond)]) if np.any(beyond) else float("inf")
-
-
-def _within(limit: float, times: Sequence[float] | Array, horizon: float) -> Within:
-    median = float(np.quantile(times, 0.5, method="lower"))
-    return Within(limit, min(median, horizon), median > horizon)

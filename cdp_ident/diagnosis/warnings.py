@@ -39,12 +39,10 @@ class FitWarning:
 def find_warnings(identification: Identification) -> list[FitWarning]:
     """Return every reason to doubt an identification, the gravest first."""
     return [
-        *_not_finished(identification),
-        *_impossible(identification),
+        *_unsound(identification),
         *_constants(identification),
         *_weights(identification),
-        *_zeros(identification),
-        *_differences(identification),
+        *_differs_by_trial(identification),
         *_above_noise(identification),
         *_disagreement(identification),
         *_windows(identification),
@@ -67,15 +65,12 @@ def outlier_warnings(trials: Iterable[Trial]) -> list[FitWarning]:
     return warnings
 
 
-def _not_finished(found: Identification) -> Iterator[FitWarning]:
-    if found.interrupted:
+def _unsound(found: Identification) -> Iterator[FitWarning]:
+    if not found.search.completed:
         yield FitWarning("interrupted", (), f"the search was ended early ({found.search.stopped})")
     if not found.whole.converged:
         steps = found.whole.steps
         yield FitWarning("not_converged", (), f"the fit to whole swings had not converged after {steps} steps")
-
-
-def _impossible(found: Identification) -> Iterator[FitWarning]:
     if not found.physical.possible:
         yield FitWarning(
             "no_possible_mechanism",
@@ -116,29 +111,24 @@ def _weights(found: Identification) -> Iterator[FitWarning]:
                 )
 
 
-def _zeros(found: Identification) -> Iterator[FitWarning]:
-    model, values = found.fit.model, found.fit.values
-    if not model.zeros:
-        return
-    names = tuple(found.data.names[trial] for trial in model.zeros)
-    encoders = f"{' and '.join(model.zero_joints)} encoder{'s' * (len(model.zero_joints) > 1)}"
-    words = ", ".join(
-        " and ".join(f"{zero:+.2g}" for zero in np.degrees(values[model.zero_places(trial)])) + f" in {name}"
-        for trial, name in zip(model.zeros, names, strict=True)
-    )
-    yield FitWarning(
-        "zeros_by_trial",
-        names,
-        f"the zeros of the {encoders} differ from trial to trial (degrees: {words}); each trial's "
-        "are fitted along with it. Let the rods hang still when the zero is taken, or take it once for all trials",
-    )
-
-
-def _differences(found: Identification) -> Iterator[FitWarning]:
-    model = found.fit.model
+def _differs_by_trial(found: Identification) -> Iterator[FitWarning]:
+    model, names = found.fit.model, found.data.names
+    if model.zeros:
+        encoders = f"{' and '.join(model.zero_joints)} encoder{'s' * (len(model.zero_joints) > 1)}"
+        words = ", ".join(
+            " and ".join(f"{zero:+.2g}" for zero in np.degrees(found.fit.values[model.zero_places(trial)]))
+            + f" in {names[trial]}"
+            for trial in model.zeros
+        )
+        yield FitWarning(
+            "zeros_by_trial",
+            tuple(names[trial] for trial in model.zeros),
+            f"the zeros of the {encoders} differ from trial to trial (degrees: {words}); each trial's "
+            "are fitted along with it. Let the rods hang still when the zero is taken, or take it once for all trials",
+        )
     for active in model.effects:
         if active.trial is not None and active.is_difference:
-            name = found.data.names[active.trial]
+            name = names[active.trial]
             yield FitWarning(
                 "differs_by_trial",
                 (name,),
@@ -164,18 +154,19 @@ def _disagreement(found: Identification) -> Iterator[FitWarning]:
     compared = found.repeatability
     if compared is None or compared.agree:
         return
-    joint = np.array([found.fit.values[found.fit.model.names.index(name)] for name in compared.names])
-    spread = np.ptp(compared.values, axis=0) / np.maximum(np.abs(joint), np.finfo(float).tiny)
+    apart = np.ptp(compared.values, axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        distance = np.nan_to_num(np.ptp(compared.values, axis=0) / np.sqrt(np.sum(compared.std**2, axis=0)))
-    worst = int(np.argmax(distance))
+        worst = int(np.argmax(np.nan_to_num(apart / np.sqrt(np.sum(compared.std**2, axis=0)))))
+    name = compared.names[worst]
+    joint = abs(float(found.fit.values[found.fit.model.names.index(name)]))
+    spread = float(apart[worst]) / max(joint, np.finfo(float).tiny)
     weights = any(trial.weights for trial in found.data.trials)
     asked = ". Are the weights where they are said to be, and as heavy?" if weights else ""
     yield FitWarning(
         "trials_disagree",
-        (compared.names[worst], *compared.trials),
-        f"the trials disagree (p = {compared.p_value:.2g}), most about {compared.names[worst]}: alone they give values "
-        f"{100 * spread[worst]:.2g} % apart; the standard deviations do not cover that{asked}",
+        (name, *compared.trials),
+        f"the trials disagree (p = {compared.p_value:.2g}), most about {name}: alone they give values "
+        f"{100 * spread:.2g} % apart; the standard deviations do not cover that{asked}",
     )
 
 

@@ -10,13 +10,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.fft import irfft, next_fast_len, rfft
 from scipy.special import ndtri
 
+from cdp_ident.arrays import Array, Mask
 from cdp_ident.fit.initial_states import Fit
-
-Array = npt.NDArray[np.float64]
 
 MOST_LAGS = 25
 """Samples, either way."""
@@ -32,7 +30,7 @@ class Correlations:
     """(lags,) from -1 to 1."""
     bound: float
     """Uncorrelated series stay within it at all lags with a probability of 99 %."""
-    counted: npt.NDArray[np.bool_]
+    counted: Mask
     """(lags,) which of them count: not lag 0 of a series with itself."""
 
     @property

@@ -71,7 +71,7 @@ def _encoder_angles(trial: Trial) -> Array:
 
 
 def _rounding(steps: Array) -> Array:
-    """Return the root mean square errors (3,) by encoders' steps (2,), of which theta2 has both; see `noise_of` [rad]."""
+    """Return root mean square errors (3,) by encoders' steps (2,), of which theta2 has both; see `noise_of` [rad]."""
     inner, outer = steps**2 / 12.0
     return np.sqrt([inner, inner + outer, outer])
 

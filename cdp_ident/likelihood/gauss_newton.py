@@ -207,7 +207,7 @@ class GaussNewton:
         return self._misfit(reduced, change, noise)
 
     def _look_at_residuals(self) -> None:
-        """Let the noise have the memory, or the errors of time, or be of the angles, that residuals show most likely."""
+        """Let noise have the memory, or the errors of time, and be of the angles, that residuals show most likely."""
         without, swings, linear = replace(self._noise, time=0.0), self._swings, self._linear
         others = list[tuple[Noise, float]]()
         turned = without.of_other_angles(swings, linear)

@@ -67,17 +67,14 @@ def _compile(backwards: bool) -> None:
 
 
 def _find_whole_swing() -> None:
-    model, times = (
-        MotionModel(Mechanism(NOMINAL["L"], NOMINAL["g"], NOMINAL["L"], 1.0)),
-        np.arange(0.0, 0.4, 0.01, dtype=np.float64),
-    )
-    values, start = physical_coefficients(NOMINAL)[: len(GROUPS)], np.array([1.0, 1.0, 0.0, 0.0])
-    angles = simulate(physical_coefficients(NOMINAL), start, times)[:, :2]
+    model = MotionModel(Mechanism(NOMINAL["L"], NOMINAL["g"], NOMINAL["L"], 1.0))
+    coefficients, times = physical_coefficients(NOMINAL), np.arange(0.0, 0.4, 0.01, dtype=np.float64)
+    angles = simulate(coefficients, np.array([1.0, 1.0, 0.0, 0.0]), times)[:, :2]
     swings = Swing.of(Trial("", times, angles), 0, 0.005, 0.1)
     recorded = Recorded(tuple(swings), np.full(2, 1e-3), np.zeros(2), 0.2)
     states = [swing.states(model) for swing in swings]
     with contextlib.suppress(IdentificationError):
-        most_likely(model, values, lambda spacing: (recorded, states))
+        most_likely(model, coefficients[: len(GROUPS)], lambda spacing: (recorded, states))
 
 
 if __name__ == "__main__":

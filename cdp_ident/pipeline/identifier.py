@@ -91,8 +91,7 @@ class Request:
 def read_configuration(config: Path | None) -> dict[str, Any]:
     """Return the parameters that a ROS parameter file has for identify; none where no file is given.
 
-    Raises:
-        OptionError: it cannot be read, or has nothing for identify.
+    Raises `OptionError` where it cannot be read, or has nothing for identify.
     """
     return read_parameter_file(config, NODE_NAME).taken(is_key) if config else {}
 
@@ -157,8 +156,7 @@ class Identifier:
         """
         settings = self.settings(given)
         if self._watched:
-            self._leave_out_vanished()
-            self._take_new(self._watched, settings)
+            self._update_bags(self._watched, settings)
         forget_own()
         earlier = read_report(self.request.like / REPORT) if self.request.like else None
         own_effects = dict(earlier["own_effects"]) if earlier else {}
@@ -174,11 +172,15 @@ class Identifier:
         self._seen = state_of(self._folder)
         return loaded
 
-    def _take_new(self, watched: WatchedFolder, settings: Settings) -> None:
-        """Add the new bags of the watched folder, each checked by the model first.
+    def _update_bags(self, watched: WatchedFolder, settings: Settings) -> None:
+        """Leave out bags of the watched folder that are gone, and add the new ones, each checked by the model first.
 
         One that has no trial, or is the copy of another, is left out until its files change.
         """
+        for bag in self._came:
+            if not bag.exists():
+                self._warn(f"{bag} is left out from now on: it is not there any more")
+        self._came = [bag for bag in self._came if bag.exists()]
         for bag in watched.new():
             watched.take(bag)
             again = bag in self._came
@@ -194,13 +196,6 @@ class Identifier:
             else:
                 self._came = [*others, bag]
 
-    def _leave_out_vanished(self) -> None:
-        """Go on without the bags of the watched folder that are not there any more."""
-        for bag in self._came:
-            if not bag.exists():
-                self._warn(f"{bag} is left out from now on: it is not there any more")
-        self._came = [bag for bag in self._came if bag.exists()]
-
     def _check_new_trial(self, latest: Outcome, trial: Trial) -> None:
         fit = latest.trace.completed.fit
         errors = {error for weight in trial.weights for error in weight.errors}
@@ -208,8 +203,7 @@ class Identifier:
             self._say(f"{trial.name} is not checked: it is the first one with its weight")
             return
         expected = latest.trace.errors["effects"].holdout.rmse
-        data = latest.identification.data
-        check = check_new_trial(fit.model, fit.values, latest.trace.covariance, expected, trial, data)
+        check = check_new_trial(fit, latest.trace.covariance, expected, trial, latest.identification.data)
         self._new_trials.append(check)
         if check.fits:
             self._say(check.words)
@@ -240,14 +234,12 @@ class Identifier:
                 display.say("the search ends here; its best so far is refined (Ctrl-C again ends at once)")
                 return "interrupted"
 
+            def ends() -> bool:
+                return interruption.asked or interruption.given_up
+
             self._display = display
-            try:
-                with interruption.searching():
-                    outcome = run(
-                        loaded, stop, display.say, lambda: interruption.asked or interruption.given_up, display.trying
-                    )
-            finally:
-                self._display = None
+            with interruption.searching():
+                outcome = run(loaded, stop, display.say, ends, display.trying)
         if interruption.given_up:
             raise GivenUpError
         if not outcome.trace.failure:

@@ -13,7 +13,7 @@ from cdp_ident.model.parameters import SYMBOLS
 from cdp_ident.model.weight_settings import ADDED, refuse_misplaced
 from cdp_ident.model.weights import RODS, Rod, Weight
 from cdp_ident.pipeline.compile_ahead import compile_ahead
-from cdp_ident.pipeline.identify_and_trace import identify_and_trace
+from cdp_ident.pipeline.identify import identify_and_trace
 from cdp_ident.report.outcome import Job, LoadedJob, Outcome
 from cdp_ident.report.provenance import bag_checksums
 from cdp_ident.search.genetic_search import Progress
@@ -77,9 +77,8 @@ def refuse_copies(bags: Sequence[Path]) -> dict[Path, dict[str, str]]:
         sums = bag_checksums(bag)
         for digest in sums.values():
             if digest in owner:
-                same = (
-                    f"{bag} is given twice" if bag == owner[digest] else f"{bag} and {owner[digest]} are the same bag"
-                )
+                other = owner[digest]
+                same = f"{bag} is given twice" if bag == other else f"{bag} and {other} are the same bag"
                 raise OptionError(f"{same}: each may be used once, to fit or as --holdout")
         owner |= dict.fromkeys(sums.values(), bag)
         checksums[bag] = sums
@@ -93,13 +92,7 @@ def run(
     stop_tracing: Callable[[], bool] = lambda: False,
     trying: Callable[[str], None] = lambda line: None,
 ) -> Outcome:
-    """Identify, and trace what the paper's model leaves to effects that it lacks.
-
-    All but the job itself are called as those of `identify_and_trace`.
-
-    Raises:
-        IdentificationError: the trials do not suffice.
-    """
+    """Do a job; what is called meanwhile, and what is raised, are those of `identify_and_trace`."""
     began = searched = time.monotonic()
 
     def clocked(progress: Progress) -> str | None:

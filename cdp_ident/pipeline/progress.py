@@ -21,7 +21,7 @@ class SearchDisplay:
         """Make a display for a search of so many generations."""
         self._console, self._clock = console, clock
         self.doing = ""
-        """What is done, in words."""
+        """What is done, in words; empty in the end."""
         self._total = generations
         self._began = self._told = clock()
         columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[state]}"))
@@ -34,6 +34,7 @@ class SearchDisplay:
         return self
 
     def __exit__(self, *raised: object) -> None:
+        self.doing = ""
         if self._console.is_terminal:
             self._display.stop()
 

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.fit.data import noise_over
 from cdp_ident.fit.objective import PAPER_SPAN, search_objective, weighted_coefficients
@@ -21,8 +21,6 @@ from cdp_ident.pipeline.job import load
 from cdp_ident.report.outcome import Job
 from cdp_ident.report.searches import Algorithm, Course, Searches
 from cdp_ident.search.genetic_search import Progress, genetic_search
-
-Array = npt.NDArray[np.float64]
 
 _METHODS = ("tga", "iga")
 

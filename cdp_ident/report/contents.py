@@ -182,9 +182,8 @@ def _before_and_after(trace: Trace, found: Callable[[Fit], _Found]) -> tuple[_Fo
 
 def _prediction(outcome: Outcome) -> Also | None:
     """Return how the error of predictions grows, before and after; None where the trials are too short for any."""
-    data = outcome.identification.data
-    plan = plan_of(data)
-    before, after = _before_and_after(outcome.trace, lambda fit: predicted(fit, data, plan))
+    plan = plan_of(outcome.identification.data)
+    before, after = _before_and_after(outcome.trace, lambda fit: predicted(fit, plan))
     if before is None or after is None:
         return None
     also = {"starts": len(plan.starts), "told_s": plan.fitted_span, "time_s": after.time}

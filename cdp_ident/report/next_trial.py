@@ -8,10 +8,9 @@ from functools import partial
 
 import numpy as np
 
-from cdp_ident.design.discrimination import Alternative, RecordedMotion, alternatives, can_be_the_same
+from cdp_ident.design.discrimination import Alternative, RecordedMotion, alternatives
 from cdp_ident.design.knowledge import Knowledge
-from cdp_ident.design.loads import Loads, loads_of, telling_weight
-from cdp_ident.design.next_trial import NextTrial, Sharper
+from cdp_ident.design.next_trial import Loads, NextTrial, Sharper, loads_of, telling_weight
 from cdp_ident.design.starts import Grid, Survey
 from cdp_ident.errors import CdpIdentError
 from cdp_ident.fit.motion_model import MotionModel
@@ -130,7 +129,7 @@ def _nearest_alternative(knowledge: Knowledge, motion: RecordedMotion, question:
     """Return the form of the other effect that comes nearest; None where it can be the same, or cannot be fitted."""
     found = alternatives(knowledge, motion, question.about, question.against)
     nearest = min(found, key=lambda alternative: alternative.deviations_now, default=None)
-    return None if nearest is None or can_be_the_same(nearest) else nearest
+    return None if nearest is None or nearest.can_be_the_same else nearest
 
 
 def _sharper(question: Question, knowledge: Knowledge, names: tuple[str, ...], found: Sharper) -> Section:
@@ -167,10 +166,10 @@ def _advice(question: Question, best: Survey, told: Section, unit: float, most: 
         "against": question.against or None,
         "expected": read(best.expected),
         "worst": read(best.worst),
-        "expected_unloaded": read(best.unloaded.expected) if best.unloaded and best.weights else np.inf,
+        "expected_unloaded": read(best.unloaded.expected) if best.unloaded and best.trial.weights else np.inf,
         "map": Also(best.grid, {"values": read(best.losses)}),
     }
-    return dict(filled(ADVICE, Also(best, {**start, **told})))
+    return dict(filled(ADVICE, Also(best.trial, {**start, **told})))
 
 
 def _assumed(knowledge: Knowledge) -> Also:

@@ -12,7 +12,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.diagnosis.inertia import GUESSED
+from cdp_ident.diagnosis.identification import GUESSED
 from cdp_ident.fit.physical import CONFIDENCE
 from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, SYMBOLS, Group, groups_of, inertia_about_cart

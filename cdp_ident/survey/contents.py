@@ -3,12 +3,11 @@
 """The contents of `survey.json`: the result of each piece, quantities over time, what changed, which rig differs."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from datetime import datetime, timezone
 from itertools import chain, pairwise
 
 import numpy as np
-import numpy.typing as npt
 
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, PARAMETERS
@@ -16,16 +15,13 @@ from cdp_ident.report.comparison import Quantity, effect_quantities, fitted_quan
 from cdp_ident.report.provenance import versions
 from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import group_words, noise_floor
-from cdp_ident.survey.change import FEWEST, Change, appearance, changes, mean
-from cdp_ident.survey.identification import Finished
-from cdp_ident.survey.pieces import By, LeftOut, Piece
-from cdp_ident.survey.rigs import differing
+from cdp_ident.survey.run import By, Finished, LeftOut, Piece
+from cdp_ident.survey.statistics import FEWEST, Change, Series, appearance, changes, differing
 
 SCHEMA = "cdp_ident/survey/1"
 LEVEL = 0.05
 """Probability that a survey reports a change where there is none, and likewise a difference."""
 
-Array = npt.NDArray[np.float64]
 _UNITS = {
     **{group_words(group): group.unit for group in GROUPS},
     **{parameter.symbol: parameter.unit for parameter in (INERTIA, *PARAMETERS, *CONSTANTS)},
@@ -33,7 +29,7 @@ _UNITS = {
 
 
 @dataclass(frozen=True)
-class _Series:
+class _OverTime:
     """One quantity of one rig over its usable pieces."""
 
     rig: str
@@ -43,11 +39,24 @@ class _Series:
     pieces: Sequence[Finished]
     quantities: Sequence[Quantity | None]
     """One for each piece."""
+    changes: Sequence[Change] = ()
+    """Their places count the known values alone."""
 
     @property
     def known(self) -> list[tuple[Piece, Quantity]]:
         """The pieces in which it has a value with an interval, and that."""
         return [(p.piece, q) for p, q in zip(self.pieces, self.quantities, strict=True) if q and q.is_known]
+
+    @property
+    def series(self) -> Series:
+        """Its known values."""
+        known = [quantity for _, quantity in self.known]
+        return Series(np.array([q.value for q in known]), np.array([q.std for q in known]))
+
+    @property
+    def latest(self) -> Series:
+        """Those since its last change."""
+        return self.series[self.changes[-1].index if self.changes else 0 :]
 
     @property
     def is_compared(self) -> bool:
@@ -59,29 +68,16 @@ class _Series:
         """Whether it is asked since when it is found."""
         return self.kind == "effect" and len(self.quantities) >= FEWEST and None in self.quantities
 
-    def arrays(self, first: int = 0, last: int | None = None) -> tuple[Array, Array]:
-        """Return its known values from the first-th until the last-th, and their standard deviations."""
-        known = [quantity for _, quantity in self.known[first:last]]
-        return np.array([q.value for q in known]), np.array([q.std for q in known])
-
-
-_Changed = Sequence[tuple[_Series, Sequence[Change]]]
-"""Each series and its changes, whose places count the known values alone."""
-
 
 def survey(pieces: Sequence[Finished], by: By, settings: Settings, left_out: Sequence[LeftOut] = ()) -> Section:
-    """Return the contents of `survey.json`; plain values.
+    """Return the contents of `survey.json` as plain values; pieces are given by rig and in the order of time.
 
-    Args:
-        pieces: the result of each, by rig and in the order of time.
-        by: what a piece is.
-        settings: how they were identified.
-        left_out: bags that are of no piece.
+    `left_out` are bags that are of no piece.
     """
     by_rig = {piece.piece.rig: [p for p in pieces if p.piece.rig == piece.piece.rig] for piece in pieces}
-    series = [one for rig, of in by_rig.items() for one in _series(rig, of)]
-    tests = sum((len(one.known) >= FEWEST and one.is_compared) + one.comes_and_goes for one in series)
-    changed = [(one, changes(*one.arrays(), LEVEL, tests) if one.is_compared else []) for one in series]
+    every = [one for rig, of in by_rig.items() for one in _over_time(rig, of)]
+    tests = sum((len(one.known) >= FEWEST and one.is_compared) + one.comes_and_goes for one in every)
+    every = [replace(one, changes=changes(one.series, LEVEL, tests)) if one.is_compared else one for one in every]
     return {
         "schema": SCHEMA,
         "written_at": datetime.now(timezone.utc).isoformat(timespec="seconds"),
@@ -94,17 +90,17 @@ def survey(pieces: Sequence[Finished], by: By, settings: Settings, left_out: Seq
                 "name": rig,
                 "named_by": of[0].piece.bags[0].named_by,
                 "pieces": [_piece(piece) for piece in of],
-                "quantities": [_quantity(one, ones) for one, ones in changed if one.rig == rig],
+                "quantities": [_quantity(one) for one in every if one.rig == rig],
             }
             for rig, of in by_rig.items()
         ],
-        "changes": [*_value_changes(changed), *_appearances(series, tests)],
-        "differences": _differences(changed),
+        "changes": [*_value_changes(every), *_appearances(every, tests)],
+        "differences": _differences(every),
         "left_out": [asdict(bag) for bag in left_out],
     }
 
 
-def _series(rig: str, pieces: Sequence[Finished]) -> list[_Series]:
+def _over_time(rig: str, pieces: Sequence[Finished]) -> list[_OverTime]:
     usable = [(piece, piece.report) for piece in pieces if piece.report and not piece.problem]
     reports = [report for _, report in usable]
     effects = [effect_quantities(report, of_trials=False) for report in reports]
@@ -115,21 +111,21 @@ def _series(rig: str, pieces: Sequence[Finished]) -> list[_Series]:
         *((name, "effect", [of_one.get(name) for of_one in effects]) for name in dict.fromkeys(chain(*effects))),
         *((symbol, kind, [fitted_quantity(r, "physical", symbol) for r in reports]) for symbol, kind in physical),
     ]
-    series = [_Series(rig, name, kind, [piece for piece, _ in usable], of) for name, kind, of in found]
-    return [one for one in series if one.known]
+    every = [_OverTime(rig, name, kind, [piece for piece, _ in usable], of) for name, kind, of in found]
+    return [one for one in every if one.known]
 
 
-def _value_changes(changed: _Changed) -> Iterator[Section]:
-    for one, ones in changed:
-        ends = [0, *(change.index for change in ones), len(one.known)]
-        means = [asdict(mean(*one.arrays(begin, end))) for begin, end in pairwise(ends)] if ones else []
-        for change, sides in zip(ones, pairwise(means), strict=True):
+def _value_changes(every: Sequence[_OverTime]) -> Iterator[Section]:
+    for one in every:
+        ends = [0, *(change.index for change in one.changes), len(one.known)]
+        means = [_mean(one.series[begin:end]) for begin, end in pairwise(ends)]
+        for change, sides in zip(one.changes, pairwise(means), strict=True):
             (last, _), (first, _) = one.known[change.index - 1 : change.index + 1]
             yield _change(one, "value", last, first, sides, change)
 
 
-def _appearances(series: Sequence[_Series], tests: int) -> Iterator[Section]:
-    for one in series:
+def _appearances(every: Sequence[_OverTime], tests: int) -> Iterator[Section]:
+    for one in every:
         seen = [quantity is not None for quantity in one.quantities]
         change = appearance(seen, LEVEL, tests) if one.comes_and_goes else None
         if change:
@@ -138,47 +134,39 @@ def _appearances(series: Sequence[_Series], tests: int) -> Iterator[Section]:
             yield _change(one, "found", last.piece, first.piece, sides, change)
 
 
-def _change(one: _Series, what: str, last: Piece, first: Piece, sides: Sequence[Section], change: Change) -> Section:
+def _change(one: _OverTime, what: str, last: Piece, first: Piece, sides: Sequence[Section], change: Change) -> Section:
     return {
         "rig": one.rig,
         "quantity": one.name,
         "what": what,
         "until": last.name,
         "since": first.name,
-        "since_start": _start(first),
+        "since_start": first.start,
         "before": sides[0],
         "after": sides[1],
         "p_value": change.p_value,
     }
 
 
-def _differences(changed: _Changed) -> list[Section]:
+def _differences(every: Sequence[_OverTime]) -> list[Section]:
     """Return which rigs differ in what, each quantity since its last change."""
-    latest: dict[str, dict[str, tuple[Array, Array]]] = {}
-    for one, ones in changed:
+    latest: dict[str, dict[str, Series]] = {}
+    for one in every:
         if one.is_compared:
-            latest.setdefault(one.name, {})[one.rig] = one.arrays(_last_change(ones))
+            latest.setdefault(one.name, {})[one.rig] = one.latest
     compared = {name: of for name, of in latest.items() if len(of) > 1}
     return [
-        {"quantity": name, **{key: list(v) if isinstance(v, tuple) else v for key, v in asdict(difference).items()}}
+        {"quantity": name, **asdict(difference), "others": list(difference.others)}
         for name, of in compared.items()
         for difference in differing(of, LEVEL, len(compared))
     ]
-
-
-def _last_change(ones: Sequence[Change]) -> int:
-    return ones[-1].index if ones else 0
-
-
-def _start(piece: Piece) -> str:
-    return datetime.fromtimestamp(piece.start_ns * 1e-9).astimezone().isoformat(timespec="milliseconds")
 
 
 def _piece(finished: Finished) -> Section:
     piece, report = finished.piece, finished.report
     return {
         "name": piece.name,
-        "start": _start(piece),
+        "start": piece.start,
         "bags": [str(bag.path) for bag in piece.bags],
         "left_out": [asdict(bag) for bag in finished.left_out],
         "folder": f"{finished.folder.parent.name}/{finished.folder.name}",
@@ -190,16 +178,19 @@ def _piece(finished: Finished) -> Section:
     }
 
 
-def _quantity(one: _Series, ones: Sequence[Change]) -> Section:
+def _quantity(one: _OverTime) -> Section:
     """Return a quantity over time; what an effect is as the motion shows it, torques over A22."""
-    last = _last_change(ones)
     return {
         "name": one.name,
         "kind": one.kind,
         "unit": _UNITS.get(one.name, ""),
         "estimates": [
-            {"piece": piece.name, "start": _start(piece), "value": q.value, "std": q.std, "words": q.text}
+            {"piece": piece.name, "start": piece.start, "value": q.value, "std": q.std, "words": q.text}
             for piece, q in one.known
         ],
-        "latest": {**asdict(mean(*one.arrays(last))), "pieces": len(one.known) - last},
+        "latest": {**_mean(one.latest), "pieces": len(one.latest)},
     }
+
+
+def _mean(series: Series) -> Section:
+    return {"value": series.mean, "std": series.std_of_mean}

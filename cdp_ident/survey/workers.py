@@ -13,7 +13,6 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ThreadPoolExecutor, as_completed
 from contextlib import contextmanager
 from multiprocessing.connection import Connection
-from queue import SimpleQueue
 from typing import Any, TypeVar
 
 from cdp_ident.errors import OptionError
@@ -72,38 +71,36 @@ def _on_one_core(work: Callable[[Job], Result], job: Job) -> Result:
     return work(job)
 
 
-class Processes(Executor):
-    """Processes of this machine, each of which does one thing at a time; one that dies is replaced."""
+class Processes(ThreadPoolExecutor):
+    """Threads that have a process of this machine each do what is asked; one that dies is replaced."""
 
     def __init__(self, count: int, limit: float | None = None) -> None:
         """Start so many; what takes longer than the limit [s] is given up with a `TimeoutError`."""
+        super().__init__(count, thread_name_prefix="worker")
         self._limit = limit
-        self._idle: SimpleQueue[_Process] = SimpleQueue()
         self._all = [_Process() for _ in range(count)]
-        for process in self._all:
-            self._idle.put(process)
-        self._threads = ThreadPoolExecutor(count, thread_name_prefix="worker")
+        self._idle = self._all.copy()
 
     def submit(self, fn: Callable[..., Result], /, *args: Any, **kwargs: Any) -> "Future[Result]":
         """Have a function called as soon as a process is idle; its future raises `WorkerDiedError` where that died."""
-        return self._threads.submit(self._call, fn, args, kwargs)
+        return super().submit(self._call, fn, args, kwargs)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """End the processes; unless it is to `wait`, what they do is given up."""
-        self._threads.shutdown(wait, cancel_futures=cancel_futures or not wait)
+        super().shutdown(wait, cancel_futures=cancel_futures or not wait)
         for process in self._all:
             process.end()
         # The threads have nothing to wait for any more; until they have noticed, the connections are theirs.
-        self._threads.shutdown()
+        super().shutdown()
         for process in self._all:
             process.close()
 
     def _call(self, *call: Any) -> Any:
-        process = self._idle.get()
+        process = self._idle.pop()
         try:
             return process.call(call, self._limit)
         finally:
-            self._idle.put(process)
+            self._idle.append(process)
 
 
 class _Process:
@@ -167,12 +164,10 @@ def _serve(connection: Connection) -> None:
             function, arguments, named = connection.recv()
         except EOFError:
             return
-        answer: tuple[Exception | None, Any]
         try:
-            answer = None, function(*arguments, **named)
+            connection.send((None, function(*arguments, **named)))
         except Exception as error:  # noqa: BLE001 - it is raised where the work was asked for
-            answer = error, None
-        connection.send(answer)
+            connection.send((error, None))
 
 
 @contextmanager
@@ -189,10 +184,8 @@ def processes(count: int, limit: float | None = None) -> Iterator[Executor]:
 def cluster(address: str, patience: float = 10.0) -> Iterator[Executor]:
     """Give the workers of the Dask scheduler at an address, such as `tcp://10.0.0.1:8786`.
 
-    Its answer is waited for with `patience` [s].
-
-    Raises:
-        OptionError: `distributed` is not installed, or no scheduler answers there.
+    Its answer is waited for with `patience` [s]. Raises `OptionError` where `distributed` is not installed, or none
+    answers.
     """
     try:
         from distributed import Client  # noqa: PLC0415 - an optional dependency
@@ -205,12 +198,10 @@ def cluster(address: str, patience: float = 10.0) -> Iterator[Executor]:
         client = Client(address, timeout=patience, set_as_default=False)
     except (OSError, ValueError, ImportError) as error:
         raise OptionError(f"no Dask scheduler answers at {shown(address)}: {shown(error)}") from error
-    try:
+    with client:
         # Not pure: the same piece again is to be done again, not answered with what came of it before.
         executor = client.get_executor(pure=False)
         try:
             yield executor
         finally:
             executor.shutdown(wait=False)
-    finally:
-        client.close()

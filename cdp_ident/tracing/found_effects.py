@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.diagnosis.inertia import Inertia
+from cdp_ident.diagnosis.identification import Inertia
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.initial_states import Fit
 from cdp_ident.likelihood.whole_swing import WholeSwings

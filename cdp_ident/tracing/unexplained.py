@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.diagnosis.inertia import GUESSED, Inertia
+from cdp_ident.diagnosis.identification import GUESSED, Inertia
 from cdp_ident.likelihood.maxima import NEAR
 from cdp_ident.likelihood.whole_swing import LARGER, WholeSwings
 from cdp_ident.model.effects.effect import JOINTS, Joint

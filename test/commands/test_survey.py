@@ -15,7 +15,7 @@ import pytest
 
 from cdp_ident.commands.survey import main
 from cdp_ident.report.folder import REPORT, alone_in
-from cdp_ident.survey.identification import RECORD
+from cdp_ident.survey.run import RECORD
 from scenarios.fleet import NOON, write_fleet
 
 PATIENCE = 300.0

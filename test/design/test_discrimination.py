@@ -7,10 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cdp_ident.design.candidate_trial import CandidateTrial, swing_of
-from cdp_ident.design.discrimination import RecordedMotion, alternatives, can_be_the_same
+from cdp_ident.design.discrimination import RecordedMotion, alternatives
 from cdp_ident.design.next_trial import NextTrial
-from cdp_ident.design.starts import Grid
+from cdp_ident.design.starts import CandidateTrial, Grid, swing_of
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.trial.trial import Trial
@@ -25,7 +24,7 @@ def model_with(key, value):
 
 
 DRAG, FRICTION = "quadratic_friction.outer", "coulomb_friction.outer"
-FIRST, SECOND = CandidateTrial(np.pi + 0.6, np.pi + 0.4), CandidateTrial(np.pi + 1.0, np.pi - 0.3)
+FIRST, SECOND = CandidateTrial(0.6, 0.4), CandidateTrial(1.0, -0.3)
 
 
 def recorded(known, model, values, candidate, seed=0):
@@ -60,7 +59,7 @@ def misfit_apart(trials):
 def test_two_effects_are_as_far_apart_as_fits_of_both_say(alternative, trials):
     assert alternative.model.labels == (FRICTION,)
     assert alternative.deviations_now**2 == pytest.approx(misfit_apart(trials[:1]), rel=0.5)
-    assert not can_be_the_same(alternative)
+    assert not alternative.can_be_the_same
 
 
 def test_with_a_further_trial_they_are_as_far_apart_as_fits_to_both_trials_say_then(alternative, trials):
@@ -73,7 +72,7 @@ def test_of_long_recordings_a_share_stands_for_all(alternative, knowledge, trial
     times, (trial, _) = 30, trials
     (found,) = alternatives(knowledge, RecordedMotion.of(knowledge, [trial] * times), DRAG, FRICTION)
     assert found.deviations_now == pytest.approx(np.sqrt(times) * alternative.deviations_now, rel=0.1)
-    still = CandidateTrial(np.pi, np.pi)
+    still = CandidateTrial(0.0, 0.0)
     assert found.deviations(still) == pytest.approx(found.deviations_now, rel=0.01)
 
 
@@ -105,14 +104,14 @@ def test_the_trial_that_is_advised_tells_them_apart_better_than_most(alternative
 
 
 def test_rods_that_hang_still_tell_nothing_apart(alternative):
-    still = alternative.deviations(CandidateTrial(np.pi, np.pi))
+    still = alternative.deviations(CandidateTrial(0.0, 0.0))
     assert still == pytest.approx(alternative.deviations_now, rel=0.01)
 
 
 def test_an_extended_model_of_an_effect_can_be_the_same(known):
     model, values = model_with(FRICTION, 0.01)
-    trial = recorded(known, model, values, CandidateTrial(4.0, 3.8))
+    trial = recorded(known, model, values, CandidateTrial(0.86, 0.66))
     knowledge = Swings.of([trial], model, values).knowledge
     found = list(alternatives(knowledge, RecordedMotion.of(knowledge, [trial]), FRICTION, "stribeck_friction.outer"))
     assert found
-    assert all(can_be_the_same(alternative) for alternative in found)
+    assert all(alternative.can_be_the_same for alternative in found)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cdp_ident.design.knowledge import NEW
+from cdp_ident.design.knowledge import NEW, covariance_of
 from cdp_ident.model.effects.effect import JOINTS
 from scenarios.next_swing import ALL_GROUPS, NOISE, swing
 from scenarios.weighted import WEIGHT
@@ -70,3 +70,26 @@ def test_what_is_known_of_a_weight_that_was_used_stays(swings):
     assert again.model.names == both.fit.model.names
     assert again.values == pytest.approx(both.fit.values)
     assert again.covariance == pytest.approx(both.fit.covariance)
+
+
+def test_one_value_is_as_uncertain_as_its_standard_deviation(known):
+    found, std = known.uncertainty(("c1_over_A22",)), np.sqrt(known.covariance[3, 3])
+    assert (found.std, found.size) == (pytest.approx([std]), pytest.approx(std))
+
+
+def test_several_are_as_uncertain_as_the_determinant_of_their_covariance_says(known):
+    part = known.covariance[np.ix_([0, 3], [0, 3])]
+    assert known.uncertainty(("A23_over_A22", "c1_over_A22")).size == pytest.approx(np.linalg.det(part) ** (1 / 4))
+
+
+def test_four_times_the_information_halves_it(known):
+    more = known.uncertainty(ALL_GROUPS, np.sqrt(3.0) * known.rows)
+    assert more.size == pytest.approx(known.uncertainty(ALL_GROUPS).size / 2)
+
+
+@pytest.mark.parametrize(
+    ("rows", "variances"),
+    [(np.diag([2.0, 0.0, 1.0]), [0.25, np.inf, 1.0]), ([[1.0, 1.0, 0.0], [0.0, 0.0, 1.0]], [np.inf, np.inf, 1.0])],
+)
+def test_what_is_not_seen_is_infinitely_uncertain_and_the_rest_is_not(rows, variances):
+    assert np.diag(covariance_of(np.array(rows))) == pytest.approx(variances)

@@ -7,11 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cdp_ident.design.criteria import Uncertainty
-from cdp_ident.design.next_trial import NextTrial
+from cdp_ident.design.next_trial import NextTrial, loads_of, telling_weight
 from cdp_ident.design.starts import Grid
 from cdp_ident.model.weights import Weight
-from scenarios.next_swing import ALL_GROUPS, Swings, swing
+from scenarios.next_swing import ALL_GROUPS, PRIOR, Swings, swing
 from scenarios.weighted import INERTIA, WEIGHT
 
 
@@ -25,15 +24,14 @@ def trials(first):
     return NextTrial(first.knowledge, Grid.of(30.0))
 
 
-def size(swings, names):
-    return Uncertainty.of(swings.knowledge, names, swings.knowledge.rows).size
+def recorded(trial, rng, weight=None):
+    """Return a trial that was recorded as advised."""
+    return swing(np.pi + trial.inner, np.pi + trial.outer, rng, weight=weight)
 
 
 def exactly_there(survey):
     """The loss at the start to take, if the hand does not miss it."""
-    inner, outer = (angles.tolist().index(at) for angles, at in
-                    ((survey.grid.inner, survey.inner), (survey.grid.outer, survey.outer)))  # fmt: skip
-    return survey.losses[inner, outer]
+    return survey.losses.ravel()[survey.grid.trials(survey.trial.weights).index(survey.trial)]
 
 
 @pytest.mark.parametrize(
@@ -43,13 +41,11 @@ def test_a_trial_as_advised_brings_what_was_foretold_and_more_than_most_random_s
     rng = np.random.default_rng(6)
     found = trials.sharpest(names)
     assert found.now.std == pytest.approx(first.standard_deviations(names), rel=1e-3)
-    assert found.now.size == pytest.approx(size(first, names), rel=1e-3)
-    trial = found.survey.trial
-    brought = size(first.with_one_more(swing(trial.theta1, trial.theta2, rng)), names)
+    brought = first.with_one_more(recorded(found.survey.trial, rng)).knowledge.uncertainty(names).size
     assert brought == pytest.approx(exactly_there(found.survey), rel=0.3)
     assert found.survey.expected < 0.5 * found.now.size
-    random = [size(first.with_one_more(swing(*rng.uniform(0, 2 * np.pi, 2), rng)), names) for _ in range(5)]
-    assert brought < np.median(random)
+    random = [first.with_one_more(swing(*rng.uniform(0, 2 * np.pi, 2), rng)) for _ in range(5)]
+    assert brought < np.median([swings.knowledge.uncertainty(names).size for swings in random])
 
 
 @pytest.mark.parametrize(
@@ -66,9 +62,8 @@ def test_a_trial_with_a_weight_brings_the_interval_of_the_inertia_that_was_foret
     knowledge = first.knowledge.with_weights([weight])
     found = NextTrial(knowledge, Grid.of(60.0)).sharpest(("one_over_A22",), ((weight,),))
     assert np.all(np.isinf(found.now.std))
-    trial = found.survey.trial
-    assert trial.weights == (weight,)
-    both = first.with_one_more(swing(trial.theta1, trial.theta2, rng, weight=weight))
+    assert found.survey.trial.weights == (weight,)
+    both = first.with_one_more(recorded(found.survey.trial, rng, weight))
     (std,) = both.standard_deviations(("one_over_A22",))
     assert std == pytest.approx(found.survey.expected, rel=0.3)
     assert abs(both.fit.values[5] - 1.0 / INERTIA) < 3.0 * std < 0.1 / INERTIA
@@ -80,7 +75,7 @@ def test_each_start_is_tried_with_each_load_and_the_best_is_taken(first):
     knowledge = first.knowledge.with_weights([WEIGHT, heavy])
     weighted_trials = NextTrial(knowledge, Grid.of(90.0))
     inertia = weighted_trials.sharpest(("one_over_A22",), loads[1:])
-    assert inertia.survey.weights == (heavy,)
+    assert inertia.survey.trial.weights == (heavy,)
     assert inertia.survey.unloaded is None
     groups = weighted_trials.sharpest(ALL_GROUPS, loads)
     bare, *weighted = (weighted_trials.sharpest(ALL_GROUPS, (load,)).survey.expected for load in loads)
@@ -91,7 +86,7 @@ def test_each_start_is_tried_with_each_load_and_the_best_is_taken(first):
 def test_a_weight_that_brings_hardly_more_is_not_advised(first):
     light = Weight("inner", 1e-4, 0.1)
     found = NextTrial(first.knowledge, Grid.of(90.0)).sharpest(ALL_GROUPS, ((light,), ()))
-    assert found.survey.weights == ()
+    assert found.survey.trial.weights == ()
     assert found.survey.expected == found.survey.unloaded.expected
 
 
@@ -115,5 +110,17 @@ def test_the_map_is_as_symmetric_as_the_rig(trials):
 def test_who_asks_for_fewer_starts_gets_one_of_them_and_the_same_of_each(trials):
     few = trials.grid.thinned
     found, among_all = trials.sharpest(("c1_over_A22",), grid=few), trials.sharpest(("c1_over_A22",))
-    assert (found.survey.inner, found.survey.outer) in {(i, j) for i in few.inner for j in few.outer}
+    assert found.survey.trial in few.trials()
     assert np.array_equal(found.survey.losses, among_all.survey.losses[1::2, 1::2])
+
+
+def test_starts_are_tried_without_a_weight_and_with_each_set_of_them_once():
+    assert loads_of([]) == ((),)
+    assert loads_of([(WEIGHT,), (), (WEIGHT,)]) == ((), (WEIGHT,))
+
+
+def test_a_weight_that_would_show_the_inertia_adds_a_tenth_of_it_at_the_end_of_the_outer_rod(known):
+    weight = telling_weight(known)
+    assert weight.added(PRIOR.length)[0] == pytest.approx(0.1 * known.model.mechanism.inertia, rel=0.05)
+    assert (weight.rod, weight.place) == ("outer", known.model.mechanism.outer_length)
+    assert (weight.mass_std, weight.place_std) == (pytest.approx(0.01 * weight.mass), 1e-3)

@@ -1,12 +1,67 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""What is said of a fit, whatever part of it cannot be computed."""
+"""Whether trials agree, and what is said of a fit whatever part of it cannot be computed."""
 
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
-from cdp_ident.diagnosis.identification import Identification
+from cdp_ident.diagnosis.identification import Identification, repeatability
+from cdp_ident.model.motions import simulate
+from cdp_ident.model.parameters import physical_coefficients
+from cdp_ident.trial.trial import Trial
+from reference.pendulum import TABLE_3, TABLE_5
+from scenarios.swings import TRUE as TRUTH
+from scenarios.swings import fitted, recorded, with_effect
+from scenarios.twin import TEN_SECONDS, as_measured
+
+NAMES = ("first", "second")
+BOTH = {0, 1}
+
+
+def two_trials(friction=1.0, seed=0):
+    rng = np.random.default_rng(seed)
+    second = {**TABLE_5, "c1": friction * TABLE_5["c1"]}
+    motions = [
+        simulate(physical_coefficients(values), np.array(start), TEN_SECONDS, step=0.001)[:, :2]
+        for values, start in ((TABLE_5, TABLE_3), (second, (2.2, 2.0, 0.0, 0.0)))
+    ]
+    trials = [Trial(name, TEN_SECONDS, as_measured(theta, rng)) for name, theta in zip(NAMES, motions, strict=True)]
+    return fitted(recorded(trials))
+
+
+def test_trials_of_one_pendulum_agree():
+    results = [repeatability(two_trials(seed=seed), BOTH, NAMES) for seed in range(8)]
+    assert sum(result.agree for result in results) >= 7
+    assert np.mean([result.p_value for result in results]) > 0.2
+
+
+def test_each_trial_s_own_estimate_stands_beside_the_joint_one():
+    fit = two_trials()
+    result = repeatability(fit, BOTH, NAMES)
+    assert result.trials == NAMES
+    assert np.abs((result.values - TRUTH) / result.std).max() < 4
+    assert np.all(fit.values >= result.values.min(axis=0) - result.std.max(axis=0))
+    assert np.all(fit.values <= result.values.max(axis=0) + result.std.max(axis=0))
+
+
+@pytest.mark.parametrize("friction", [0.9, 1.1])
+def test_trials_with_different_friction_do_not_agree(friction):
+    result = repeatability(two_trials(friction), BOTH, NAMES)
+    assert not result.agree
+    apart = np.abs(np.diff(result.values, axis=0)[0]) / np.linalg.norm(result.std, axis=0)
+    assert np.argmax(apart) == 3  # c1 / A22
+
+
+def test_one_trial_has_nothing_to_agree_with():
+    assert repeatability(two_trials(), {1}, NAMES) is None
+
+
+def test_what_only_one_trial_shows_is_not_compared():
+    fit = two_trials()
+    result = repeatability(with_effect(fit, "impulse.inner", 0.0, 1.0, trial=0), BOTH, NAMES)
+    assert result.p_value == pytest.approx(repeatability(fit, BOTH, NAMES).p_value, abs=0.05)
 
 
 def test_a_trial_that_cannot_be_fitted_alone_costs_that_comparison_and_nothing_else(outcome):

@@ -30,7 +30,7 @@ def found():
 
 def checked(found, new):
     expected = fit_initial_states(found.fit.model, found.fit.values, found.data.holdout).rmse()
-    return check_new_trial(found.fit.model, found.fit.values, found.covariance, expected, new, found.data)
+    return check_new_trial(found.fit, found.covariance, expected, new, found.data)
 
 
 def test_a_trial_of_the_same_pendulum_fits_to_the_noise(found):
@@ -70,7 +70,7 @@ def test_where_each_trial_has_zeros_of_its_own_a_new_one_may_have_others(found):
     new = trial("third", (2.2, 4.1, 0.0, 0.0), 3)
     off = replace(new, theta=new.theta + np.cumsum([0.03, -0.05]))
     expected = fit_initial_states(found.fit.model, found.fit.values, found.data.holdout).rmse()
-    check = check_new_trial(model, values, spread, expected, off, found.data)
+    check = check_new_trial(replace(found.fit, model=model, values=values), spread, expected, off, found.data)
     assert check.fits
     assert check.changed == ()
     assert not checked(found, off).fits

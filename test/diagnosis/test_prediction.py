@@ -10,21 +10,21 @@ import pytest
 from cdp_ident.diagnosis.prediction import Plan, Start, plan_of, predicted
 from cdp_ident.fit.data import Data
 from cdp_ident.fit.initial_states import fit_initial_states
-from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.scales import scales_of
-from cdp_ident.fit.windows import cut_into_windows
-from cdp_ident.model.parameters import SYMBOLS, groups_of
+from cdp_ident.fit.windows import cut_at, cut_into_windows
 from cdp_ident.trial.trial import Trial
 from reference.pendulum import TABLE_3, TABLE_5, motion
+from scenarios.next_swing import MODEL, PRIOR, TRUTH
 from scenarios.twin import TEN_SECONDS, standard_motion, standard_twin
 
-PRIOR = Prior()
-MODEL = MotionModel(Mechanism.of(PRIOR))
-TRUTH = groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"])
 NOISE = np.full(3, 2e-3)
 EXACT = Trial("exact", TEN_SECONDS, standard_motion())
+
+
+def start(trial, first, at, end):
+    """Return a start whose state is fitted to samples from the first on, and whose prediction begins at another one."""
+    return Start(*(cut_at(trial, 0, [first, until])[0] for until in (at, end)))
 
 
 def data_of(trials, held_out=()):
@@ -37,7 +37,7 @@ def data_of(trials, held_out=()):
 
 def prediction_of(trials, plan=None, values=TRUTH):
     data = data_of(trials)
-    return predicted(fit_initial_states(MODEL, values, data.fit), data, plan or plan_of(data))
+    return predicted(fit_initial_states(MODEL, values, data.fit), plan or plan_of(data))
 
 
 def test_the_truth_predicts_exact_angles_up_to_the_horizon():
@@ -51,9 +51,9 @@ def test_the_truth_predicts_exact_angles_up_to_the_horizon():
 
 def test_what_follows_a_start_is_not_told():
     at, changed = 400, 700
-    moved = EXACT.theta + np.outer(np.arange(len(TEN_SECONDS)) >= changed, [0.0, np.radians(3)])
-    plan = Plan((Start(0, 200, at, 1400),), False, 1.0, 5.0)
-    found = prediction_of([replace(EXACT, theta=moved)], plan)
+    theta = EXACT.theta + np.outer(np.arange(len(TEN_SECONDS)) >= changed, [0.0, np.radians(3)])
+    moved = replace(EXACT, theta=theta)
+    found = prediction_of([moved], Plan((start(moved, 200, at, 1400),), False, 1.0, 5.0))
     first, second = found.within
     assert first.median == pytest.approx(TEN_SECONDS[changed] - TEN_SECONDS[at - 1], abs=1e-9)
     assert not first.longer
@@ -67,8 +67,8 @@ def test_a_wrong_value_is_as_wrong_as_a_simulation_from_the_same_state_is():
     at = 400
     data = data_of([EXACT])
     model = MotionModel(replace(MODEL.mechanism, gravity=wrong["g"]))
-    plan = Plan((Start(0, 384, at, 1400),), False, 0.08, 5.0)
-    found = predicted(fit_initial_states(model, TRUTH, data.fit), data, plan)
+    plan = Plan((start(EXACT, 384, at, 1400),), False, 0.08, 5.0)
+    found = predicted(fit_initial_states(model, TRUTH, data.fit), plan)
     state = motion(TABLE_5, (*_state_at(at - 1),), TEN_SECONDS[: 1400 - at + 1], tolerance=1e-10)[:, :2]
     off = motion(wrong, (*_state_at(at - 1),), TEN_SECONDS[: 1400 - at + 1], tolerance=1e-10)[:, :2]
     error = np.max(np.abs(state - off), axis=1)
@@ -84,23 +84,27 @@ def test_starts_are_in_the_trials_that_are_held_out_where_there_are_any():
     twins = [standard_twin(np.random.default_rng(seed)) for seed in range(2)]
     plan = plan_of(data_of(twins, held_out={1}))
     assert plan.held_out
-    assert {start.trial for start in plan.starts} == {1}
+    assert {start.seen.trial for start in plan.starts} == {1}
     both = plan_of(data_of(twins))
     assert not both.held_out
-    assert {start.trial for start in both.starts} == {0, 1}
+    assert {start.seen.trial for start in both.starts} == {0, 1}
 
 
 def test_no_prediction_goes_over_a_gap():
     kept = np.flatnonzero((TEN_SECONDS < 4) | (TEN_SECONDS > 5))
     trial = Trial("gap", TEN_SECONDS[kept], EXACT.theta[kept], breaks=(int(np.sum(TEN_SECONDS < 4)),))
-    plan = plan_of(data_of([trial]))
-    assert plan.starts
-    assert all(start.end <= trial.breaks[0] or start.first >= trial.breaks[0] for start in plan.starts)
+    places = [start.whole.samples for start in plan_of(data_of([trial])).starts]
+    assert places
+    assert all(place.stop <= trial.breaks[0] or place.start >= trial.breaks[0] for place in places)
 
 
 def test_a_boundary_between_roles_is_no_gap():
     parted = replace(EXACT, breaks=(600, 1200))
-    assert plan_of(data_of([parted])).starts == plan_of(data_of([EXACT])).starts
+    places, without = (
+        [(start.seen.samples, start.whole.samples) for start in plan_of(data_of([trial])).starts]
+        for trial in (parted, EXACT)
+    )
+    assert places == without
 
 
 def test_a_trial_that_is_too_short_has_no_prediction():

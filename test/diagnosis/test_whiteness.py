@@ -10,16 +10,10 @@ from scipy.signal import lfilter
 
 from cdp_ident.diagnosis.whiteness import MOST_LAGS, Whiteness
 from cdp_ident.fit.initial_states import fit_initial_states
-from cdp_ident.fit.mechanism import Mechanism
-from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.windows import cut_into_windows
-from cdp_ident.model.parameters import SYMBOLS, groups_of
-from reference.pendulum import TABLE_5
+from scenarios.next_swing import MODEL, TRUTH
 from scenarios.twin import standard_twin
 
-MODEL = MotionModel(Mechanism.of(Prior()))
-TRUTH = groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"])
 WINDOWS = cut_into_windows([standard_twin(np.random.default_rng(0))])
 FIT = fit_initial_states(MODEL, TRUTH, WINDOWS)
 LENGTHS = [len(window.time) for window in WINDOWS]

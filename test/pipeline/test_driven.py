@@ -12,8 +12,7 @@ from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.model.parameters import GROUPS, SYMBOLS, groups_of, inertia_about_cart
 from cdp_ident.model.weights import Weight
-from cdp_ident.pipeline.identify import identify
-from cdp_ident.pipeline.identify_and_trace import identify_and_trace
+from cdp_ident.pipeline.identify import identify, identify_and_trace
 from reference.pendulum import TABLE_5
 from scenarios.driven import FRICTION, NOISE, driven_by_cart, driven_by_motors
 

@@ -1,9 +1,10 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""The whole identification of the paper's model."""
+"""The whole identification: the paper's model, and windows as long as the motion can be followed by what is found."""
 
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,10 +14,11 @@ from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
 from cdp_ident.model.motions import simulate
 from cdp_ident.model.parameters import SYMBOLS, groups_of, physical_coefficients
-from cdp_ident.pipeline.identify import identify
+from cdp_ident.pipeline import identify as module
+from cdp_ident.pipeline.identify import identify, identify_and_trace
 from cdp_ident.trial.trial import Trial
 from reference.pendulum import TABLE_3, TABLE_5
-from scenarios.twin import TEN_SECONDS, as_measured
+from scenarios.twin import TEN_SECONDS, as_measured, twin
 
 STARTS = {"first": TABLE_3, "second": (2.2, 2.0, 0.0, 0.0), "third": (2.4, 4.5, 0.0, 0.0)}
 TRUTH = groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"])
@@ -76,7 +78,7 @@ def test_two_trials_give_the_groups_and_a_third_confirms_them():
     assert found.repeatability.agree
     assert found.repeatability.trials == ("first", "second")
     assert found.data.noise == pytest.approx([NOISE, NOISE], rel=0.1)
-    assert not found.interrupted
+    assert found.search.completed
 
 
 def test_the_physical_values_have_the_fitted_groups():
@@ -122,3 +124,60 @@ def test_a_free_length_is_found_beside_the_groups():
     found = identify(trials()[:2], trials()[2:], IdentifyOptions(prior=prior, length_std=np.inf))
     std = np.sqrt(found.covariance[-1, -1])
     assert abs(found.fit.values[-1] - 0.4) < 4 * std < 0.01
+
+
+def by_chance(rng, size=6e-3):
+    """Return a torque in the outer joint [N m] that goes up and down by chance, 0.3 to 4 times a second."""
+    waves = 30
+    frequency, phase = rng.uniform(0.3, 4.0, waves), rng.uniform(0.0, 2.0 * np.pi, waves)
+
+    def torque(time, state):
+        outer = size * np.sqrt(2.0 / waves) * np.sum(np.sin(2.0 * np.pi * frequency * time + phase))
+        return -outer, outer
+
+    return torque
+
+
+@pytest.fixture(scope="module")
+def driven_by_chance():
+    starts = ((2.2, 2.6, 0.0, 0.0), (2.4, 3.6, 0.0, 0.0), (1.9, 3.0, 0.0, 0.0))
+    return [
+        twin(
+            np.random.default_rng(k),
+            start=start,
+            times=TEN_SECONDS,
+            noise=5e-4,
+            torque=by_chance(np.random.default_rng(k)),
+            tolerance=1e-8,
+            name=f"swing{k}",
+        )
+        for k, start in enumerate(starts)
+    ]
+
+
+@pytest.mark.long
+def test_a_motion_with_chance_in_it_is_judged_over_half_a_swing_and_its_values_are_right(driven_by_chance):
+    said = []
+    options = IdentifyOptions(named_effects_only=True)
+    found, traced = identify_and_trace(driven_by_chance[:2], driven_by_chance[2:], options, say=said.append)
+    assert any("are too long for this motion" in line for line in said)
+    assert traced.longer.duration > 1.5 * found.data.scales.half_swing >= 1.2 * found.data.window
+    assert traced.errors["effects"].holdout.rmse < 0.6 * traced.longer.error
+    assert not traced.effects  # chance is none of them
+    assert traced.completed.fit.values[:3] == pytest.approx(TRUTH[:3], rel=1e-3)
+
+
+@pytest.mark.campaign
+def test_windows_whose_length_is_given_keep_it(driven_by_chance):
+    options = IdentifyOptions(window=2.0, named_effects_only=True)
+    found, traced = identify_and_trace(driven_by_chance[:2], driven_by_chance[2:], options)
+    assert traced.longer is None
+    assert found.data.window == pytest.approx(2.0, rel=0.1)
+
+
+def test_where_the_fit_itself_fails_shorter_windows_are_of_no_use(monkeypatch):
+    failed = SimpleNamespace(failure="no motion", data=SimpleNamespace(window=4.0))
+    monkeypatch.setattr(module, "identify", lambda *_: failed)
+    monkeypatch.setattr(module, "trace", lambda *_: SimpleNamespace(failure="no motion"))
+    found, _ = identify_and_trace([], [], IdentifyOptions())
+    assert found is failed

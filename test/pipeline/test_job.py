@@ -57,7 +57,7 @@ def test_a_sentence_ends_the_search_whose_best_is_refined_all_the_same():
     outcome = run(load(job([WIDE], method="iga")), lambda progress: "enough" if progress.generation == 3 else None)
     search = outcome.identification.search
     assert (search.stopped, len(search.history)) == ("enough", 4)
-    assert outcome.identification.interrupted
+    assert not search.completed
     assert outcome.identification.fit.rmse() < 0.1
     assert 0.0 < outcome.search_seconds <= outcome.seconds
 

@@ -47,7 +47,8 @@ def test_what_is_tried_is_told_now_and_then():
     with SearchDisplay(console, 1, lambda: next(clock)) as display:
         for number in range(12):
             display.trying(f"trying this, {number} of 12")
-    assert display.doing == "trying this, 11 of 12"
+        assert display.doing == "trying this, 11 of 12"
+    assert display.doing == ""
     lines = console.file.getvalue().splitlines()
     assert 2 <= len(lines) <= 6
     assert lines[0].startswith("trying this")

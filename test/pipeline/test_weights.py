@@ -59,20 +59,18 @@ def test_trials_with_different_weights_agree(weighted):
     assert np.all(alone < 4.0)
 
 
-def test_a_weight_that_is_not_where_it_was_said_to_be_is_told():
-    trials = plain_and_weighted(np.random.default_rng(3), replace(WEIGHT, place=0.302), WEIGHT)
-    found = identify(trials, [], IdentifyOptions())
-    (warning,) = [warning for warning in find_warnings(found) if warning.name == "weight_off"]
-    assert warning.about == ("two",)
-    assert "the weight on the outer rod in two is at 0.30" in warning.message
-
-
-def test_of_one_that_is_far_from_there_is_said_that_the_trials_disagree_and_asked_where_it_is():
-    trials = plain_and_weighted(np.random.default_rng(3), replace(WEIGHT, place=0.31), WEIGHT)
-    (warning,) = [
-        one for one in find_warnings(identify(trials, [], IdentifyOptions())) if one.name == "trials_disagree"
-    ]
-    assert "Are the weights where they are said to be" in warning.message
+@pytest.mark.parametrize(
+    ("place", "name", "words"),
+    [
+        (0.302, "weight_off", "the weight on the outer rod in two is at 0.30"),
+        (0.31, "trials_disagree", "Are the weights where they are said to be"),
+    ],
+)
+def test_a_weight_that_is_not_where_it_was_said_to_be_is_told(place, name, words):
+    trials = plain_and_weighted(np.random.default_rng(3), replace(WEIGHT, place=place), WEIGHT)
+    (warning,) = [one for one in find_warnings(identify(trials, [], IdentifyOptions())) if one.name == name]
+    assert warning.about[-1] == "two"
+    assert words in warning.message
 
 
 def test_a_trial_whose_weight_is_not_told_disagrees():

@@ -11,9 +11,8 @@ import pytest
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.report.folder import json_text
 from cdp_ident.survey.contents import survey
-from cdp_ident.survey.page import figures, survey_html
-from cdp_ident.survey.pieces import LeftOut
-from cdp_ident.survey.tables import chapter, verdict
+from cdp_ident.survey.page import chapter, figures, survey_html, verdict
+from cdp_ident.survey.run import LeftOut
 from scenarios.fleet import finished
 
 OILED = 4

@@ -17,17 +17,19 @@ def failed(job, why):
     return f"{job}: {why}"
 
 
-def test_each_job_is_done_once():
-    with processes(2) as executor:
-        assert sorted(each(executor, math.sqrt, [1.0, 4.0, 9.0, 16.0], failed)) == [1.0, 2.0, 3.0, 4.0]
-
-
-def test_a_process_that_dies_twice_fails_its_own_job_alone():
-    with processes(1) as executor:
-        assert sorted(each(executor, os._exit, [3, 4], failed)) == [
-            "3: the process ended with 3",
-            "4: the process ended with 4",
-        ]
+@pytest.mark.parametrize(
+    ("work", "jobs", "limit", "done"),
+    [
+        (math.sqrt, [1.0, 4.0, 9.0, 16.0], None, [1.0, 2.0, 3.0, 4.0]),
+        (os._exit, [3, 4], None, ["3: the process ended with 3", "4: the process ended with 4"]),
+        (time.sleep, [600.0], 2.0, ["600.0: there was no result after 2 s"]),
+        (cores_and_threads, [0], None, [(1, "1")]),
+    ],
+    ids=["each job is done once", "one that dies twice fails alone", "too long is given up", "one core, one thread"],
+)
+def test_jobs_are_done_in_processes(work, jobs, limit, done):
+    with processes(2, limit) as executor:
+        assert sorted(each(executor, work, jobs, failed)) == done
 
 
 def test_a_job_whose_process_was_killed_is_tried_again(tmp_path):
@@ -37,19 +39,9 @@ def test_a_job_whose_process_was_killed_is_tried_again(tmp_path):
     assert done[-1] == 0.0  # when nothing else was left
 
 
-def test_what_takes_too_long_is_given_up():
-    with processes(1, limit=2.0) as executor:
-        assert list(each(executor, time.sleep, [600.0], failed)) == ["600.0: there was no result after 2 s"]
-
-
 def test_what_the_work_raises_comes_back():
     with processes(1) as executor, pytest.raises(ValueError, match="math domain"):
         executor.submit(math.sqrt, -1.0).result()
-
-
-def test_a_process_uses_one_core_and_one_thread():
-    with processes(1) as executor:
-        assert list(each(executor, cores_and_threads, [0], failed)) == [(1, "1")]
 
 
 def test_what_runs_is_given_up_when_the_processes_are_left():

@@ -9,7 +9,7 @@ import pytest
 from cdp_ident.commands.import_csv import main
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
-from cdp_ident.pipeline.identify_and_trace import identify_and_trace
+from cdp_ident.pipeline.identify import identify_and_trace
 from cdp_ident.trial.load import load_trial
 
 DROPS = Path(__file__).parents[3] / "shared" / "data" / "dfki_drops"

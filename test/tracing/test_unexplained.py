@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from cdp_ident.diagnosis.inertia import Inertia
+from cdp_ident.diagnosis.identification import Inertia
 from cdp_ident.likelihood.gauss_newton import GaussNewton
 from cdp_ident.likelihood.noise import Noise
 from cdp_ident.likelihood.recorded import states_of

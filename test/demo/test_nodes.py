@@ -10,7 +10,7 @@ import time
 
 import pytest
 
-from cdp_ident.demo.processes import Nodes
+from cdp_ident.demo.nodes import Nodes
 from cdp_ident.errors import CdpIdentError
 
 
@@ -40,7 +40,7 @@ def test_a_signal_is_noticed_at_the_next_check_and_then_belongs_to_its_owner_aga
 def test_signals_that_are_ignored_stay_so(tmp_path):
     code = (
         "import os, signal, sys; from pathlib import Path; signal.signal(signal.SIGHUP, signal.SIG_IGN)\n"
-        "from cdp_ident.demo.processes import Nodes\n"
+        "from cdp_ident.demo.nodes import Nodes\n"
         "with Nodes(Path(sys.argv[1])) as nodes: os.kill(os.getpid(), signal.SIGHUP); nodes.check()"
     )
     done = subprocess.run([sys.executable, "-c", code, str(tmp_path)], check=False, timeout=60)
