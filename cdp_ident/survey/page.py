@@ -6,9 +6,8 @@ import numpy as np
 
 from cdp_ident.fit.physical import CONFIDENCE
 from cdp_ident.report.document import Document
-from cdp_ident.report.figures.description import Axis, Figure, Line, Panel
-from cdp_ident.report.figures.palette import series
-from cdp_ident.report.page import page_of
+from cdp_ident.report.figures.description import Axis, Figure, Line, Panel, series
+from cdp_ident.report.pictures import page_of
 from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import unit
 from cdp_ident.survey.tables import chapter, verdict
