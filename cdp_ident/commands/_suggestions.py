@@ -15,7 +15,6 @@ from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.parameters import GROUPS, INERTIA, INVERSE_INERTIA, SYMBOLS
 from cdp_ident.model.weight_settings import refuse_misplaced, weight_of
 from cdp_ident.model.weights import RODS, Rod, Weight
-from cdp_ident.report.advice import one_advice
 from cdp_ident.report.curves import read_curves
 from cdp_ident.report.document import Row, Table, print_table
 from cdp_ident.report.folder import CURVES, REPORT
@@ -24,6 +23,7 @@ from cdp_ident.report.next_trial import (
     ALL,
     Question,
     answers,
+    one_advice,
     strength_of,
     usual_questions,
 )
@@ -105,8 +105,7 @@ def _grid(spacing: float, most_inner: float, most_outer: float) -> Grid:
 def _questions(report: Section, knowledge: Knowledge, wanted: list[str], between: list[str] | None) -> list[Question]:
     model = knowledge.model
     if not wanted and not between:
-        labels = zip(model.labels, report["effects"], strict=True)
-        return usual_questions(model, {label: effect["also_possible"] for label, effect in labels})
+        return usual_questions(model, [effect["also_possible"] for effect in report["effects"]])
     if unseen := sorted(set(wanted) & set(SYMBOLS) - {"c1", "c2"}):
         raise OptionError(
             f"--for {unseen[0]}: no swing determines {unseen[0]} by itself; ask for a base parameter or, with a "

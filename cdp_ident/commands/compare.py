@@ -25,7 +25,7 @@ def main(arguments: list[str]) -> int:
     with loading("compare"):
         from cdp_ident.commands._comparison import show_comparison
         from cdp_ident.report.comparison import compare, read_runs
-        from cdp_ident.report.figures.parameters import runs_compared
+        from cdp_ident.report.parameters import runs_compared
     if options.out:
         check_folder(options.out, options.force, (COMPARISON_PAGE, COMPARISON_TEXT))
     runs = read_runs(options.folders)

@@ -12,8 +12,7 @@ from cdp_ident.command_line import EXIT_BAD_INPUT
 from cdp_ident.configuration.fitted_model import FittedModel
 from cdp_ident.errors import CdpIdentError
 from cdp_ident.nodes.frame_publisher import FramePublisher
-from cdp_ident.replay.player import Player
-from cdp_ident.replay.rate_timer import RateTimer
+from cdp_ident.replay.player import Player, RateTimer
 from cdp_ident.replay.scene import Scene
 from cdp_ident.user_input import Limits
 

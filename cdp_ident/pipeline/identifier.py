@@ -27,7 +27,6 @@ from cdp_ident.report.chapters import document_of
 from cdp_ident.report.contents import report
 from cdp_ident.report.curves import Curves, curves, curves_npz
 from cdp_ident.report.document import print_document
-from cdp_ident.report.expected import expected_effects
 from cdp_ident.report.folder import (
     CURVES,
     FIGURES,
@@ -41,6 +40,7 @@ from cdp_ident.report.folder import (
     state_of,
     write_result,
 )
+from cdp_ident.report.knowledge import expected_effects
 from cdp_ident.report.outcome import Job, LoadedJob, Outcome
 from cdp_ident.report.pictures import draw
 from cdp_ident.report.report_file import read_report

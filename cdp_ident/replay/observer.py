@@ -6,15 +6,13 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array
 from cdp_ident.configuration.fitted_model import FittedModel
 from cdp_ident.model.layout import RODS_STATES
 from cdp_ident.model.motions import InitialValueProblem, motions
 from cdp_ident.model.time_grid import DEFAULT_STEP, TimeGrid
 from cdp_ident.rig.joints import HANGING
-
-Array = npt.NDArray[np.float64]
 
 _NOISE = np.array([4e-4, 4e-4, 5e-6])
 """Of the positions of inner joint, outer joint and cart: half a count of 8000 a turn, and of 0.01 mm [rad, m]."""

@@ -1,16 +1,13 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Plays a scene frame by frame."""
+"""Plays a scene frame by frame, and says when the next frame is due."""
 
 from collections import deque
 
 import numpy as np
-import numpy.typing as npt
 
 from cdp_ident.configuration.fitted_model import FittedModel
 from cdp_ident.replay.scene import Frame, Scene
-
-Array = npt.NDArray[np.float64]
 
 _AHEAD = 10
 """So many frames are computed at once."""
@@ -36,16 +33,16 @@ class Player:
         self.finished = False
         """Whether the scene has come to its end."""
         self._scene, self._frequency, self._rate, self._loop = scene, frequency, rate, loop
-        self._begin = 0.0
-        self._count = 0
-        self._played = 0.0
+        self._before = 0.0
+        """How much was played before the scene began for the last time [s]."""
         self._ahead: deque[Frame] = deque()
+        self._go_on_from(0.0)
         self._compute()  # compiles, before anyone waits for the first frame
 
     @property
     def played(self) -> float:
         """How much of the motion's time was played before the next frame, loops and all [s]."""
-        return self._played + self._count * self._rate / self._frequency
+        return self._before + self._time()
 
     def next(self) -> Frame | None:
         """Return the next frame, None where the scene has ended. Raises `SimulationError`."""
@@ -63,17 +60,18 @@ class Player:
     def restart(self) -> None:
         """Go to the scene's beginning."""
         self._scene.restart()
+        self._before = self.played
         self._go_on_from(0.0)
         self.finished = False
 
     def take_model(self, model: FittedModel) -> None:
         """Show another model from the next frame on."""
-        self._scene.take_model(model, self._time(0))
+        self._scene.take_model(model, self._time())
         self._ahead.clear()
 
     def take_rate(self, rate: float) -> None:
         """Go on at another rate."""
-        self._go_on_from(self._time(0))
+        self._go_on_from(self._time())
         self._rate = rate
 
     def take_loop(self, loop: bool) -> None:
@@ -82,11 +80,10 @@ class Player:
         self.finished = self.finished and not loop
 
     def _go_on_from(self, time: float) -> None:
-        self._played = self.played
         self._begin, self._count = time, 0
         self._ahead.clear()
 
-    def _time(self, ahead: int) -> float:
+    def _time(self, ahead: int = 0) -> float:
         """Return the time of the frame so many after the next [s]."""
         return self._begin + (self._count + ahead) * self._rate / self._frequency
 
@@ -95,3 +92,32 @@ class Player:
         times = times[times <= self._scene.duration + _END_TOLERANCE]
         if len(times):
             self._ahead.extend(self._scene.frames(times))
+
+
+class RateTimer:
+    """Deadlines as far apart as a frequency says, counted from the first, so that they do not drift.
+
+    Where one is missed by more than a second (a computer that slept, a clock that was set) the count begins anew.
+    """
+
+    def __init__(self, frequency: float) -> None:
+        self._period_ns = 1e9 / frequency
+        self._first_ns: int | None = None
+        self._count = 0
+
+    def begin_anew(self) -> None:
+        """Let the next deadline be at once."""
+        self._first_ns = None
+
+    def next_ns(self, now_ns: int) -> int:
+        """Return the next deadline [ns]."""
+        if self._first_ns is not None:
+            due_ns = self._first_ns + round(self._count * self._period_ns)
+            if abs(due_ns - now_ns) <= 1e9 + self._period_ns:
+                return due_ns
+        self._first_ns, self._count = now_ns, 0
+        return now_ns
+
+    def advance(self) -> None:
+        """Go on to the next deadline."""
+        self._count += 1

@@ -12,23 +12,20 @@ from dataclasses import replace
 from enum import Enum
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array
 from cdp_ident.configuration.fitted_model import FittedModel
 from cdp_ident.errors import CdpIdentError
 from cdp_ident.fit.initial_states import fit_initial_states
 from cdp_ident.fit.windows import FEWEST_SAMPLES, beginning_of
 from cdp_ident.model.time_grid import DEFAULT_STEP
-from cdp_ident.replay.scene import Frame, frames
-from cdp_ident.replay.stream import MotionStream
+from cdp_ident.replay.scene import Frame, Input, MotionStream, frames
 from cdp_ident.rig.recording.detector import EndDetector, ReleaseDetector, SlidingRange, TrialLimits
 from cdp_ident.rig.recording.facts import Position
 from cdp_ident.trial.joints import in_radians, model_angles
 from cdp_ident.trial.kinematics import local_motion
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.trial import Trial
-
-Array = npt.NDArray[np.float64]
 
 DEFAULT_LEAD = 0.5
 """How much of the motion after a release the start is fitted to [s]."""
@@ -116,13 +113,14 @@ class Shadow:
         theta = model_angles(angles, self._options)[0]
         inner, outer = float(theta[0]), float(theta[1] - theta[0])
         cart = 0.0 if position.cart is None else self._options.cart_sign * position.cart
-        self._moved_lately = self._cart_range.update(position.stamp_ns, cart)
+        moved_lately = self._cart_range.update(position.stamp_ns, cart)
+        by_cart = self._options.input == "cart" and moved_lately > self._options.cart_limit
         is_released, began_to_move = (
             of.update(position.stamp_ns, inner, outer) for of in (self._release, self._leaving)
         )
         if is_released:
             self._begin(position, "the pendulum was let go")
-        elif began_to_move and self._is_driven():
+        elif began_to_move and (by_cart or self._options.input == "joints"):
             self._begin(position, "what drives the pendulum began to move it")
         if self.phase is Phase.WAITING or self._ended(position, inner, outer):
             return []
@@ -137,11 +135,6 @@ class Shadow:
         self._looked_at = len(self._times)
         self._begin_beside()
         return self._frames(0)
-
-    def _is_driven(self) -> bool:
-        """Tell whether what is said to drive the pendulum may do so now."""
-        by_cart = self._options.input == "cart" and self._moved_lately > self._options.cart_limit
-        return by_cart or self._options.input == "joints"
 
     def _begin(self, position: Position, why: str) -> None:
         self.phase, self.why = Phase.LOOKING, why
@@ -165,15 +158,12 @@ class Shadow:
 
     def _ended(self, position: Position, inner: float, outer: float) -> bool:
         """Notice that the motion is no longer that of a pendulum left to itself."""
+        moved = 0.0 if self._cart is None or position.cart is None else abs(position.cart - self._cart)
         if end := self._end.update(position.stamp_ns, inner, outer):
             self._wait(end.value)
-        elif self._options.input == "none" and self._cart_moved(position) > self._options.cart_limit:
+        elif self._options.input == "none" and moved > self._options.cart_limit:
             self._wait(f"the cart moved by more than {self._options.cart_limit:g} m")
         return self.phase is Phase.WAITING
-
-    def _cart_moved(self, position: Position) -> float:
-        """Return how far the cart is from where it was at the release [m], 0 where it is not measured."""
-        return 0.0 if self._cart is None or position.cart is None else abs(position.cart - self._cart)
 
     def _wait(self, why: str) -> None:
         self.phase, self.why = Phase.WAITING, why
@@ -188,10 +178,10 @@ class Shadow:
 
     def _frames(self, first: int) -> list[tuple[int, Frame]]:
         """Return the frames from a sample on."""
-        begin = bisect_left(self._times, self._stream.needs_inputs_from - _BEFORE)
+        begin = bisect_left(self._times, self._stream.now - _BEFORE)
         known, inputs = np.array(self._times[begin:]), np.array(self._seen[begin:])
         torques = (known, inputs[:, 3:]) if self._model.motion.motors else None
-        self._stream.take_inputs(_acceleration(known, inputs[:, 0]), torques)
+        self._stream.cart, self._stream.torques = _acceleration(known, inputs[:, 0]), torques
         times, seen = np.array(self._times[first:]), np.array(self._seen[first:])
         stamps = (self._released_ns + np.round(times * 1e9).astype(np.int64)).tolist()
         with self._waiting_after_errors():
@@ -199,8 +189,8 @@ class Shadow:
             return list(zip(stamps, shown, strict=True))
 
 
-def _acceleration(times: Array, cart: Array) -> tuple[Array, Array] | None:
-    """Return times [s] and the cart's acceleration then, given its positions; None where it is at rest."""
+def _acceleration(times: Array, cart: Array) -> Input | None:
+    """Return the cart's acceleration, given its positions; None where it is at rest."""
     if np.ptp(cart) == 0.0 or len(times) < FEWEST_SAMPLES:
         return None
     at = np.linspace(times[0], times[-1], max(FEWEST_SAMPLES, round(2.0 * np.ptp(times) / DEFAULT_STEP)))

@@ -12,17 +12,10 @@ from cdp_ident.errors import OptionError
 from cdp_ident.model.parameters import GROUPS
 from cdp_ident.report.document import Row, Table
 from cdp_ident.report.folder import REPORT
+from cdp_ident.report.parameters import how_determined
 from cdp_ident.report.report_file import read_report
 from cdp_ident.report.schema import Section
-from cdp_ident.report.wording import (
-    effect_name,
-    group_words,
-    how_determined,
-    in_unit,
-    milliradians,
-    noise_floor,
-    quantity_words,
-)
+from cdp_ident.report.wording import effect_name, group_words, in_unit, milliradians, noise_floor, quantity_words
 
 CHANGED = 3.0
 """A difference of so many of its standard deviations is called a change."""

@@ -11,6 +11,7 @@ from typing import TypeVar
 import numpy as np
 from scipy.special import expit
 
+from cdp_ident.arrays import Array
 from cdp_ident.diagnosis.evaluation import ErrorsByRole
 from cdp_ident.diagnosis.identifiability import identifiability
 from cdp_ident.diagnosis.identification import Identification
@@ -24,18 +25,15 @@ from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.physical import is_determined
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, PARAMETERS
-from cdp_ident.report.curves import Array
-from cdp_ident.report.expected import compared
-from cdp_ident.report.filling import Also, filled
+from cdp_ident.report.knowledge import compared
 from cdp_ident.report.next_trial import next_trial_section
 from cdp_ident.report.outcome import Outcome
 from cdp_ident.report.provenance import versions
-from cdp_ident.report.schema import REPORT, SCHEMA, Section
+from cdp_ident.report.schema import REPORT, SCHEMA, Also, Section, filled
 from cdp_ident.report.verdict import effect_in_words, quantity, verdict
 from cdp_ident.tracing.found_effects import FoundEffect
 from cdp_ident.tracing.odds import log10_odds, unlikelihood
 from cdp_ident.tracing.trace import Trace
-from cdp_ident.trial.trial import Trial
 
 _Found = TypeVar("_Found")
 
@@ -49,10 +47,6 @@ def report(outcome: Outcome, new_trials: Sequence[NewTrialCheck] = ()) -> Sectio
         outcome: what was found.
         new_trials: how trials that came later fitted before they were seen, in the order in which they came.
     """
-    return dict(filled(REPORT, _report(outcome, new_trials)))
-
-
-def _report(outcome: Outcome, new_trials: Sequence[NewTrialCheck]) -> Section:
     job, trace = outcome.loaded.job, outcome.trace
     found, completed = outcome.identification, trace.completed
     # Without an effect it is one model, whose values are the final ones.
@@ -61,7 +55,8 @@ def _report(outcome: Outcome, new_trials: Sequence[NewTrialCheck]) -> Section:
     failures = list(trace.failures)
     next_trial = next_trial_section(outcome, failures.append)
     errors = {stage: _errors(found.data, of) for stage, of in trace.errors.items()}
-    return {
+    residuals = _before_and_after(trace, Whiteness.of)
+    section = {
         "schema": SCHEMA,
         "trials": _trials(outcome),
         "noise_rad": found.data.noise,
@@ -74,7 +69,7 @@ def _report(outcome: Outcome, new_trials: Sequence[NewTrialCheck]) -> Section:
         "unexplained": trace.unexplained,
         "verdict": verdict(trace),
         "prediction": _prediction(outcome),
-        "residuals": _residuals(trace),
+        "residuals": (residuals[0].interval, *residuals),
         "next_trial": next_trial,
         "selection": _selection(trace),
         "values_with_less_torque": trace.after.less_torque,
@@ -84,7 +79,7 @@ def _report(outcome: Outcome, new_trials: Sequence[NewTrialCheck]) -> Section:
         "expected": compared(job.expected, trace.effects) if job.expected else [],
         "new_trials": list(new_trials),
         "identifiability": _identifiability(completed),
-        "in_doubt": _in_doubt(trace),
+        "in_doubt": [(doubt.active.key, doubt.weight, doubt.change[: len(GROUPS)]) for doubt in trace.in_doubt],
         "warnings": list(_warnings(outcome, new_trials, failures)),
         "run": {
             "written_at": datetime.now(timezone.utc).isoformat(timespec="seconds"),
@@ -94,21 +89,16 @@ def _report(outcome: Outcome, new_trials: Sequence[NewTrialCheck]) -> Section:
             "bag_sha256": {str(bag): files for bag, files in outcome.loaded.checksums.items()},
         },
     }
+    return dict(filled(REPORT, section))
 
 
 def _trials(outcome: Outcome) -> list[Also]:
-    job, fitted = outcome.loaded.job, len(outcome.loaded.fit)
-    found = []
-    for index, (bag, trial) in enumerate(zip((*job.bags, *job.holdout), _loaded(outcome), strict=True)):
-        role = "fit" if index < fitted else "holdout"
+    job, found = outcome.loaded.job, []
+    roles = ["fit"] * len(job.bags) + ["holdout"] * len(job.holdout)
+    for bag, role, trial in zip((*job.bags, *job.holdout), roles, outcome.loaded.trials, strict=True):
         also = {"bag": str(bag), "role": role, "samples": len(trial.time), "warnings": trial.notes}
         found.append(Also(trial, also))
     return found
-
-
-def _loaded(outcome: Outcome) -> tuple[Trial, ...]:
-    """Return the trials as they were loaded, before any were averaged."""
-    return *outcome.loaded.fit, *outcome.loaded.holdout
 
 
 def _search(outcome: Outcome) -> Also:
@@ -190,12 +180,6 @@ def _prediction(outcome: Outcome) -> Also | None:
     return Also(plan, {**also, "before": before, "after": after})
 
 
-def _residuals(trace: Trace) -> Section:
-    """Return how the residuals over what was held out are correlated, before and after."""
-    before, after = _before_and_after(trace, Whiteness.of)
-    return {"interval_s": before.interval, "before": before, "after": after}
-
-
 def _effect(outcome: Outcome, found: FoundEffect) -> Also:
     """Return one of the effects that were found."""
     trial = found.active.trial
@@ -209,11 +193,6 @@ def _effect(outcome: Outcome, found: FoundEffect) -> Also:
         "also_possible": found.also_possible,
     }
     return Also(found.active.effect, effect)
-
-
-def _in_doubt(traced: Trace) -> list[tuple[str, float, Array]]:
-    """Return the effects that the trials neither show nor exclude."""
-    return [(doubt.active.key, doubt.weight, doubt.change[: len(GROUPS)]) for doubt in traced.in_doubt]
 
 
 def _selection(traced: Trace) -> Section:
@@ -264,7 +243,7 @@ def _warnings(outcome: Outcome, new_trials: Sequence[NewTrialCheck], failures: S
             f"noise. So the errors here are over windows of {data.window:.2g} s; simulations that go on for longer are "
             "off by more",
         )
-    yield from outlier_warnings(_loaded(outcome))
+    yield from outlier_warnings(outcome.loaded.trials)
     yield from find_warnings(trace.completed)
 
 

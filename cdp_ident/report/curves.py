@@ -15,10 +15,9 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from cdp_ident.arrays import Array, Indices, Mask
 from cdp_ident.diagnosis.evaluation import free_run
 from cdp_ident.errors import ReportError
-from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.likelihood.swing import Swing
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.machine.parallel import parallel_map
 from cdp_ident.model.layout import RODS_STATES
@@ -29,11 +28,6 @@ from cdp_ident.regular_file import read_regular
 from cdp_ident.report.outcome import Outcome
 from cdp_ident.tracing.final_model import FinalModel
 from cdp_ident.tracing.missing_torque import MissingTorque
-from cdp_ident.trial.trial import Trial
-
-Array = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
-Indices = npt.NDArray[np.int64]
 
 NO_WINDOW = -1
 FORMAT = "cdp_ident/curves/1"
@@ -54,7 +48,7 @@ class TrialCurves:
     """(n,) the cart's position x [m]; zero where it was not measured."""
     window: Indices
     """(n,) which window of the trial a sample is of; `NO_WINDOW` where of none."""
-    held_out: Flags
+    held_out: Mask
     """(n,) whether that window was held out."""
     measured: Array
     """(n, 2)"""
@@ -114,47 +108,37 @@ def curves(outcome: Outcome) -> Curves:
     before, after = (trace.selection.before, trace.whole or trace.selection.after) if trace.selection else (None, None)
     inertia = trace.completed.inertia.value
     return Curves(
-        tuple(parallel_map(lambda index: _trial(outcome, index, trace.before, trace.after), trials)),
+        tuple(parallel_map(lambda index: _trial(outcome, index), trials)),
         _torques(before, inertia),
         _torques(after, inertia),
     )
 
 
-def _trial(outcome: Outcome, index: int, before: FinalModel, after: FinalModel) -> TrialCurves:
-    trial = outcome.identification.data.trials[index]
+def _trial(outcome: Outcome, index: int) -> TrialCurves:
+    data, before, after = outcome.identification.data, outcome.trace.before, outcome.trace.after
+    trial = data.trials[index]
     samples = len(trial.time)
     window, held_out = np.full(samples, NO_WINDOW, dtype=np.int64), np.zeros(samples, dtype=bool)
     own = [(w, fit is after.holdout) for fit in (after.fit, after.holdout) for w in fit.windows if w.trial == index]
     for number, (w, is_held_out) in enumerate(sorted(own, key=lambda pair: pair[0].first)):
         window[w.samples], held_out[w.samples] = number, is_held_out
-    duration = outcome.identification.data.window
-    return TrialCurves(
-        time=trial.time,
-        cart=np.zeros(samples) if trial.cart is None else trial.cart,
-        window=window,
-        held_out=held_out,
-        measured=trial.theta,
-        before=_simulated(before, index, samples),
-        after=_simulated(after, index, samples),
-        run_before=_run(before, trial, index, duration),
-        run_after=_run(after, trial, index, duration),
-    )
 
+    def simulated(final: FinalModel) -> Array:
+        angles = np.full((samples, 2), np.nan)
+        for fit in (final.fit, final.holdout):
+            for of, residual in zip(fit.windows, fit.errors, strict=True):
+                if of.trial == index:
+                    angles[of.samples] = of.theta - residual
+        return angles
 
-def _simulated(final: FinalModel, trial: int, samples: int) -> Array:
-    simulated = np.full((samples, 2), np.nan)
-    for fit in (final.fit, final.holdout):
-        for window, residual in zip(fit.windows, fit.errors, strict=True):
-            if window.trial == trial:
-                simulated[window.samples] = window.theta - residual
-    return simulated
+    def run(final: FinalModel) -> Array:
+        # The model over what was held out knows the zeros of trials held out, too.
+        angles = free_run(final.holdout.model, final.holdout.values, trial, index, data.window)
+        return np.where(np.isfinite(angles), angles, np.nan)
 
-
-def _run(final: FinalModel, trial: Trial, index: int, duration: float) -> Array:
-    # The model over what was held out knows the zeros of trials held out, too.
-    model, values = final.holdout.model, final.holdout.values
-    angles = free_run(model, values, trial, index, duration)
-    return np.where(np.isfinite(angles), angles, np.nan)
+    cart = np.zeros(samples) if trial.cart is None else trial.cart
+    models = (simulated(before), simulated(after), run(before), run(after))
+    return TrialCurves(trial.time, cart, window, held_out, trial.theta, *models)
 
 
 def _torques(found: WholeSwings | None, inertia: float) -> TorqueCurves:
@@ -177,26 +161,19 @@ def _of_effect(found: WholeSwings, index: int) -> Iterator[Array]:
     own = range(bounds[index], bounds[index + 1])
     for swing, of in zip(found.recorded.swings, found.states, strict=True):
         states, times, u = of[1:, : found.model.states], swing.begin + swing.node_times[1:], swing.u[1:]
-        there, without = (
-            _accelerations(model, values, swing, np.ascontiguousarray(of_model), u, times)
-            for model, values, of_model in (
-                (found.model, found.values, states),
-                (others, found.values[remain], np.delete(states, own, axis=1)),
-            )
-        )
-        weighted = found.model.with_weights(found.values, swing.weights)
-        A23, A33 = found.model.coefficients(weighted.values)[:2]
-        more, coupling = there - without, A23 * np.cos(states[:, 0] - states[:, 1])
+        without = (others, found.values[remain], np.delete(states, own, axis=1))
+        accelerations = []
+        for model, values, of_model in (without, (found.model, found.values, states)):
+            weighted = model.with_weights(values, swing.weights)
+            coefficients = model.coefficients(weighted.values)
+            acting = model.acting(weighted.values, swing.trial, weighted.carried)
+            accelerations.append(accelerations_at(coefficients, np.ascontiguousarray(of_model), u, acting, times))
+        A23, A33 = coefficients[:2]
+        more, coupling = accelerations[1] - accelerations[0], A23 * np.cos(states[:, 0] - states[:, 1])
         on_inner = more[:, 0] + coupling * more[:, 1]
         on_outer = coupling * more[:, 0] + A33 * more[:, 1]
         # The outer joint's torque acts on the outer rod and, reversed, on the inner one.
         yield weighted.share * np.stack([on_inner + on_outer, on_outer], axis=1)
-
-
-def _accelerations(model: MotionModel, values: Array, swing: Swing, states: Array, u: Array, times: Array) -> Array:
-    weighted = model.with_weights(values, swing.weights)
-    acting = model.acting(weighted.values, swing.trial, weighted.carried)
-    return accelerations_at(model.coefficients(weighted.values), states, u, acting, times)
 
 
 def curves_npz(written: Curves) -> bytes:

@@ -1,12 +1,12 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""A document, of what it is made, and as text: at a terminal and as Markdown; `page` has it as a page.
+"""A document, of what it is made, and as text: at a terminal and as Markdown; `pictures` has it as a page.
 
 Each table, sentence and figure stands once, for all forms.
 """
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from markupsafe import Markup
@@ -17,6 +17,7 @@ from rich.text import Text
 
 from cdp_ident.report.figures.description import Figure
 from cdp_ident.report.folder import FIGURES
+from cdp_ident.report.wording import capitalised
 
 _SPECIAL = re.compile(r"([\\`*_\[\]#|~])")
 """Letters that mean something in Markdown."""
@@ -48,6 +49,16 @@ class Sentences:
     title: str = ""
     noted: bool = False
     """Whether they stand out."""
+
+    @classmethod
+    def of(cls, phrases: Iterable[str], title: str = "", noted: bool = False) -> "Sentences":
+        """Write phrases as sentences; a symbol at the beginning of one, such as m1 or g, is not capitalised."""
+        rows = []
+        for phrase in phrases:
+            first = phrase.partition(" ")[0]
+            begun = capitalised(phrase) if first.isalpha() and len(first) > 1 else phrase
+            rows.append(begun if begun.endswith(".") else f"{begun}.")
+        return cls(rows, title, noted)
 
     @property
     def listed(self) -> bool:
@@ -125,7 +136,9 @@ def _blocks(chapter: Chapter, with_figures: bool) -> Iterator[str]:
         if isinstance(part, Table | Sentences):
             yield f"**{_literal(part.title)}**" if part.title else ""
         if isinstance(part, Table):
-            yield "\n".join(map(_row, (part.columns, ("---",) * len(part.columns), *part.rows)))
+            rows = ([_literal(cell) for cell in row] for row in (part.columns, *part.rows))
+            heading, *others = (f"| {' | '.join(row)} |" for row in rows)
+            yield "\n".join([heading, f"|{' --- |' * len(part.columns)}", *others])
             yield _literal(part.note)
         elif isinstance(part, Sentences):
             bullet = "- " if part.listed else ""
@@ -134,10 +147,6 @@ def _blocks(chapter: Chapter, with_figures: bool) -> Iterator[str]:
             for figure in part.figures:
                 yield f"**{_literal(figure.title)}.** {_literal(figure.caption)}"
                 yield f"![{_literal(figure.alternative)}]({FIGURES}/{figure.name}.svg)"
-
-
-def _row(cells: Row) -> str:
-    return f"| {' | '.join(map(_literal, cells))} |"
 
 
 def _literal(text: str) -> str:

@@ -1,27 +1,35 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""What is known of a rig before its next trial, read again from the folder of a report."""
+"""What is known of a rig before its next trial, read again from the folder of a report, and what became of it."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from cdp_ident.arrays import Array
 from cdp_ident.configuration.fitted_model import fitted_model, fitted_parameters
 from cdp_ident.design.discrimination import RecordedMotion
 from cdp_ident.design.knowledge import Knowledge, Sampling
 from cdp_ident.errors import ReportError
+from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.likelihood.noise import Noise
+from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.model.parameters import GROUPS, INERTIA, INVERSE_INERTIA
 from cdp_ident.model.weights import Weight
-from cdp_ident.report.curves import Array, Curves
+from cdp_ident.report.curves import Curves
 from cdp_ident.report.next_trial import NOISES
-from cdp_ident.report.schema import Section
+from cdp_ident.report.schema import Also, Section
+from cdp_ident.tracing.expected import ExpectedEffect
+from cdp_ident.tracing.found_effects import FoundEffect
 from cdp_ident.trial.trial import Trial
 
 _SPANS = ("duration", "interval", "spacing", "step")
 """Times that are assumed of a next trial, as `Sampling` names them."""
+_NO_ESTIMATE = {"as_fitted": {"value": np.inf, "std": np.inf}}
+"""Of a parameter that a report does not have."""
 _MOST_SAMPLES = 1_000_000
 """Of a trial that a report assumes."""
 
@@ -59,16 +67,11 @@ def knowledge_of(report: Section) -> Knowledge | None:
     base += [1.0 / model.mechanism.inertia] * model.inertia_free + [error["value"] for error in errors]
     values = np.insert(values, len(GROUPS), base)
     new, kept, mixed, torque = (_of_joints(assumed[name]) for name in NOISES)
-    known = Knowledge(
-        model,
-        values,
-        _covariance(model, _standard_deviations(report, model), correlation),
-        Noise(new, kept, mixed, torque, assumed["time_noise_s"], assumed["base_moves"]),
-        Sampling(steps=_of_joints(assumed["step_rad"]), **{span: assumed[f"{span}_s"] for span in _SPANS}),
-    )
-    return known.with_weights(()).with_zeros_of_its_own(
-        tuple(joint for joint in JOINTS if any(name.startswith(f"zero.{joint}.") for name in names))
-    )
+    noise = Noise(new, kept, mixed, torque, assumed["time_noise_s"], assumed["base_moves"])
+    sampling = Sampling(steps=_of_joints(assumed["step_rad"]), **{span: assumed[f"{span}_s"] for span in _SPANS})
+    covariance = _covariance(model, _standard_deviations(report, model), correlation)
+    zeros = tuple(joint for joint in JOINTS if any(name.startswith(f"zero.{joint}.") for name in names))
+    return Knowledge(model, values, covariance, noise, sampling).with_weights(()).with_zeros_of_its_own(zeros)
 
 
 def _of_joints(given: Section) -> Array:
@@ -124,3 +127,45 @@ def recorded_motion(report: Section, curves: Curves, knowledge: Knowledge) -> Re
         cart = curve.cart if np.ptp(curve.cart) else None
         trials.append(Trial(str(index), curve.time, curve.measured, cart, weights=weights))
     return RecordedMotion.of(knowledge, trials)
+
+
+def expected_effects(report: Section) -> tuple[ExpectedEffect, ...]:
+    """Return the effects of a report that may be expected again.
+
+    Effects of one trial are left out, and so are nonparametric torques, whose shapes belong to their trials.
+    """
+    sections = {
+        (section["name"], section["joint"], section["variant"]): section
+        for section in report["effects"]
+        if section["trial"] is None
+    }
+    found = []
+    for effect in known_effects():
+        section = sections.get((effect.name, effect.joint, effect.variant))
+        if section is None or effect.curve is not None:
+            continue
+        fitted = [section["parameters"].get(p.name, _NO_ESTIMATE)["as_fitted"] for p in ActiveEffect(effect).fitted]
+        values, std = (np.array([estimate[of] for estimate in fitted]) for of in ("value", "std"))
+        if np.all(np.isfinite(values)):
+            found.append(ExpectedEffect(effect, values, std))
+    return tuple(found)
+
+
+def compared(expected: Sequence[ExpectedEffect], found: Sequence[FoundEffect]) -> list[Also]:
+    """Return what became of each effect that was expected, and which effects are new."""
+    new = {effect.active.effect.key: effect for effect in found if not effect.active.is_difference}
+    sections = []
+    for before in expected:
+        now = new.pop(before.effect.key, None)
+        became = {"state": "confirmed" if now else "withdrawn", "parameters": _changes(before, now) if now else {}}
+        sections.append(Also(before.effect, became))
+    return [*sections, *(Also(now.active.effect, {"state": "new", "parameters": {}}) for now in new.values())]
+
+
+def _changes(before: ExpectedEffect, now: FoundEffect) -> Section:
+    shown, changes = {parameter.description.name: parameter for parameter in now.parameters}, {}
+    for parameter, value, std in zip(ActiveEffect(before.effect).fitted, before.values, before.std, strict=True):
+        new = shown[parameter.name]
+        change, spread = abs(new.shown - value), np.hypot(std, new.shown_std)
+        changes[parameter.name] = value, new.shown, change / spread if spread > 0.0 else 0.0
+    return changes

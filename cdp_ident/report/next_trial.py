@@ -1,25 +1,27 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""The information that a next trial would bring, as `report.json` holds it."""
+"""Which trial to record next: what `report.json` holds of it, in words, and as maps over the starts."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
-from cdp_ident.design.discrimination import Alternative, RecordedMotion, alternatives
+from cdp_ident.arrays import Array
+from cdp_ident.design.discrimination import RecordedMotion, alternatives
 from cdp_ident.design.knowledge import Knowledge
-from cdp_ident.design.next_trial import Loads, NextTrial, Sharper, loads_of, telling_weight
-from cdp_ident.design.starts import Grid, Survey
+from cdp_ident.design.next_trial import Loads, NextTrial, loads_of, telling_weight
+from cdp_ident.design.starts import HAND, Grid, Survey
 from cdp_ident.errors import CdpIdentError
 from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.fit.physical import CONFIDENCE
 from cdp_ident.model.parameters import GROUPS, INERTIA, INVERSE_INERTIA
 from cdp_ident.model.weights import Weight
-from cdp_ident.report.curves import Array
-from cdp_ident.report.filling import Also, filled
+from cdp_ident.report.figures.description import Axis, Figure, Heat, Line, Panel
 from cdp_ident.report.outcome import Outcome
-from cdp_ident.report.schema import ADVICE, REPORT, Section
+from cdp_ident.report.schema import ADVICE, REPORT, Also, Section, filled
+from cdp_ident.report.wording import key_words, short_name, weights_words
 
 NOISES = {"new_noise_rad": "new", "noise_kept": "kept", "noise_mixed": "mixed", "unknown_torque_over_A22": "torque"}
 """What is assumed of encoders and unknown torques, as `Noise` names it."""
@@ -29,6 +31,8 @@ REPORT_SPACING = 45.0
 """Of the starts that a report surveys [degrees]."""
 _SHOWN = 1.0
 """A value that is not determined yet, and not to so many times itself then, a trial does not show but for rounding."""
+_HARDLY_LESS = 0.95
+"""What leaves intervals as wide as that share of what they are is not worth a trial."""
 _GROUPS = tuple(group.symbol for group in GROUPS)
 
 
@@ -55,26 +59,25 @@ def next_trial_section(outcome: Outcome, failed: Callable[[str], None]) -> Secti
     try:
         knowledge = Knowledge.of(last.whole, last.fit.values, trace.covariance, last.inertia.value)
         motion = partial(RecordedMotion.of, trials=data.trials)
-        labels = knowledge.model.labels
-        possible = {label: effect.also_possible for label, effect in zip(labels, trace.effects, strict=True)}
-        questions = usual_questions(knowledge.model, possible)
-        used = [trial.weights for trial in (*outcome.loaded.fit, *outcome.loaded.holdout)]
+        questions = usual_questions(knowledge.model, [effect.also_possible for effect in trace.effects])
+        used = [trial.weights for trial in outcome.loaded.trials]
         advice = answers(knowledge, motion, questions, Grid.of(REPORT_SPACING), used)
-        section = {"assumed": _assumed(knowledge), "advice": [one for one in advice if one]}
+        noise, sampling = knowledge.noise, knowledge.sampling
+        assumed = {name: getattr(noise, of) for name, of in NOISES.items()}
+        assumed |= {"step_rad": sampling.steps, "time_noise_s": noise.time, "base_moves": noise.of_base}
+        section = {"assumed": Also(sampling, assumed), "advice": [one for one in advice if one]}
         return dict(filled(REPORT["properties"]["next_trial"], section))
     except (CdpIdentError, np.linalg.LinAlgError) as error:
         failed(f"which trial to record next: {error}")
         return None
 
 
-def usual_questions(model: MotionModel, possible: Mapping[str, Sequence[str]]) -> list[Question]:
+def usual_questions(model: MotionModel, possible: Sequence[Sequence[str]]) -> list[Question]:
     """Return the default questions: effects that could be others, all base parameters, each effect's strength, A22.
 
-    Args:
-        model: the fitted one.
-        possible: of each effect, by its label, what could stand in its place.
+    `possible` is what could stand in the place of each effect of the model.
     """
-    doubts = [Question(label, other) for label, others in possible.items() for other in others]
+    doubts = [Question(label, other) for label, others in zip(model.labels, possible, strict=True) for other in others]
     strengths = [Question(name) for label in model.labels for name in [strength_of(model, label)] if name]
     return [*doubts, Question(ALL), *strengths, Question(INERTIA.symbol)]
 
@@ -100,8 +103,8 @@ def answers(
     that is asked for with a weight that would show it, and every second angle: a proposal needs no more.
 
     Args:
-        knowledge: what is known.
-        motion: of the trials that there are, given a model and its values.
+        knowledge: of the rig.
+        motion: returns that of the trials that there are, given what is known.
         questions: what is asked.
         grid: starts to choose from.
         weights: what the rods may carry; what is given twice is tried once.
@@ -116,24 +119,21 @@ def answers(
     few = grid if showing[0] in loads else grid.thinned
     for question in questions:
         if question.against:
-            alternative = _nearest_alternative(knowledge, motion(knowledge), question)
-            yield _apart(question, alternative, trials, loads) if alternative else None
-            continue
-        of_inertia = question.about == INERTIA.symbol
-        names = _GROUPS if question.about == ALL else (INVERSE_INERTIA.symbol if of_inertia else question.about,)
-        how = (showing, few) if of_inertia else (loads, grid)
-        yield _sharper(question, knowledge, names, trials.sharpest(names, *how))
+            found = alternatives(knowledge, motion(knowledge), question.about, question.against)
+            nearest = min(found, key=lambda alternative: alternative.deviations_now, default=None)
+            if nearest is None or nearest.can_be_the_same:
+                yield None
+            else:
+                told = {"names": [], "std_now": [], "std_then": [], "deviations_now": nearest.deviations_now}
+                yield _advice(question, trials.furthest_apart(nearest, loads), told, -1.0)
+        elif question.about == INERTIA.symbol:
+            yield _sharper(question, (INVERSE_INERTIA.symbol,), trials, showing, few)
+        else:
+            yield _sharper(question, _GROUPS if question.about == ALL else (question.about,), trials, loads, grid)
 
 
-def _nearest_alternative(knowledge: Knowledge, motion: RecordedMotion, question: Question) -> Alternative | None:
-    """Return the form of the other effect that comes nearest; None where it can be the same, or cannot be fitted."""
-    found = alternatives(knowledge, motion, question.about, question.against)
-    nearest = min(found, key=lambda alternative: alternative.deviations_now, default=None)
-    return None if nearest is None or nearest.can_be_the_same else nearest
-
-
-def _sharper(question: Question, knowledge: Knowledge, names: tuple[str, ...], found: Sharper) -> Section:
-    values = knowledge.values[knowledge.places(names)]
+def _sharper(question: Question, names: tuple[str, ...], trials: NextTrial, loads: Loads, grid: Grid) -> Section:
+    found, values = trials.sharpest(names, loads, grid), trials.knowledge.values[trials.knowledge.places(names)]
     inertia = question.about == INERTIA.symbol
     # Of A22 the unknown is the inverse: a small change of it is A22 squared times as large in A22.
     scale = 1.0 / float(values[0]) ** 2 if inertia else 1.0
@@ -147,11 +147,6 @@ def _sharper(question: Question, knowledge: Knowledge, names: tuple[str, ...], f
         return _advice(question, found.survey, told, 1.0 / found.now.size)
     size = abs(float(values[0])) if len(names) == 1 else 0.0
     return _advice(question, found.survey, told, 1.0 / size if size else 0.0, _SHOWN)
-
-
-def _apart(question: Question, alternative: Alternative, trials: NextTrial, loads: Loads) -> Section:
-    told = {"names": [], "std_now": [], "std_then": [], "deviations_now": alternative.deviations_now}
-    return _advice(question, trials.furthest_apart(alternative, loads), told, -1.0)
 
 
 def _advice(question: Question, best: Survey, told: Section, unit: float, most: float = np.inf) -> Section:
@@ -172,8 +167,113 @@ def _advice(question: Question, best: Survey, told: Section, unit: float, most: 
     return dict(filled(ADVICE, Also(best.trial, {**start, **told})))
 
 
-def _assumed(knowledge: Knowledge) -> Also:
-    noise, sampling = knowledge.noise, knowledge.sampling
-    of_noise = {name: getattr(noise, of) for name, of in NOISES.items()}
-    also = {"step_rad": sampling.steps, "time_noise_s": noise.time, "base_moves": noise.of_base}
-    return Also(sampling, {**of_noise, **also})
+def advice_title(advice: Section) -> str:
+    """Say what a trial is to tell of."""
+    if advice["against"]:
+        return f"{key_words(advice['for'])}, or {key_words(advice['against'])}"
+    return "all base parameters" if advice["for"] == "all" else short_name(advice["for"])
+
+
+def advice_words(report: Section) -> list[str]:
+    """Say which trial to record next, for each purpose, and what it would bring."""
+    found = report["next_trial"]
+    return [one_advice(advice) for advice in found["advice"]] if found else []
+
+
+def one_advice(advice: Section) -> str:
+    """Say from where to let go for one purpose, with which weight, and what that would bring."""
+    several = len(advice["names"]) > 1
+    if not advice["against"] and is_determined_now(advice) and advice["expected"] > _HARDLY_LESS:
+        least = _percent(1.0 - _HARDLY_LESS)
+        return f"{advice_title(advice)}: no trial makes {'them' if several else 'it'} surer by as much as {least}"
+    start = f"let go with the inner rod {_held(advice['inner_rad'])} and the outer rod {_held(advice['outer_rad'])}"
+    if advice["weights"]:
+        start = f"clamp {weights_words(advice)}, and {start}"
+    besides = ", and with it every torque in N m" if advice["for"] == INERTIA.symbol else ""
+    return f"{advice_title(advice)}{besides}: {start}: {_gained(advice, several)}"
+
+
+def _gained(advice: Section, several: bool) -> str:
+    expected, worst, unloaded = (advice[key] for key in ("expected", "worst", "expected_unloaded"))
+    otherwise = "; without a weight {}" if np.isfinite(unloaded) else ""
+    missed = f"at worst, where the hand misses by {HAND:.0f}°"
+    if advice["against"]:
+        now = f"the two are then {expected:.2g} standard deviations apart, now {advice['deviations_now']:.2g}"
+        return now + otherwise.format(f"{unloaded:.2g}")
+    if is_determined_now(advice):
+        share = f"{_percent(expected)} of what {'they are' if several else 'it is'} ({_percent(worst)} {missed})"
+        falls = "their intervals fall" if several else "its interval falls"
+        return f"{falls} to {share}" + otherwise.format(f"to {_percent(unloaded)}")
+    if several:
+        return "they are determined then"
+    if not np.isfinite(expected):
+        return "these trials do not show it, and no such trial does"
+    width, widest = (_percent(CONFIDENCE * relative_std) for relative_std in (expected, worst))
+    return f"these trials do not show it; it is determined then, to ± {width} ({widest} {missed})"
+
+
+def _percent(share: float) -> str:
+    """Write a share to its two leading digits."""
+    return f"{float(f'{100 * share:.2g}'):g} %"
+
+
+def is_determined_now(advice: Section) -> bool:
+    """Return whether the trials that there are show all values that a next one is to tell of."""
+    return all(np.isfinite(std) for std in advice["std_now"])
+
+
+def _held(from_hanging: float) -> str:
+    angle = round(float(np.degrees(from_hanging)))
+    return "upright" if abs(angle) == 180 else f"at {angle:+d}°" if angle else "hanging"
+
+
+def advice_map(report: Section) -> Iterator[Figure]:
+    """Yield the maps of all that is asked of a next trial."""
+    found = report["next_trial"]
+    if not found or not found["advice"]:
+        return
+    yield Figure(
+        "next_trial",
+        "What a next trial would bring",
+        "By the angles from hanging from which both rods are let go, at rest. Blue: to what share of their width "
+        "intervals fall, the deeper the further, or of a value that no trial shows yet its interval then; of two "
+        "effects, vermilion: by how many standard deviations they would differ. The ring is the start to take; "
+        f"its number is that for a hand that misses by up to {HAND:.0f}°.",
+        " ".join(f"{words}." for words in advice_words(report)),
+        [_panel(advice) for advice in found["advice"]],
+    )
+
+
+def _panel(advice: Section) -> Panel:
+    of = advice["map"]
+    values = np.array(of["values"])
+    inner, outer = np.degrees(of["inner_rad"]), np.degrees(of["outer_rad"])
+    title = f"{advice_title(advice)}{', with a weight' if advice['weights'] else ''}"
+    column, row = _place(inner, advice["inner_rad"]), _place(outer, advice["outer_rad"])
+    if np.isfinite(values[column, row]):
+        values[column, row] = advice["expected"]  # what the words say of it: where the hand misses it, too
+    if not advice["against"]:
+        is_known = is_determined_now(advice)
+        values, title = (100.0 if is_known else 100.0 * CONFIDENCE) * values, f"{title} [{'' if is_known else '± '}%]"
+    most = max(float(np.max(np.abs(values[np.isfinite(values)]), initial=0.0)), 1e-300)
+    half = 100.0 if is_determined_now(advice) else most
+    limits = (-most, most) if advice["against"] else (0.0, 2.0 * half)
+    x, y = (np.array([float(place)]) for place in (column, len(outer) - 1 - row))
+    chosen = Line("the start to take", "ink", x, y, 0.0, shape="circle-open", size=34.0)
+    return Panel(
+        Axis("inner rod, from hanging [°]", ticks=_ticks(inner)),
+        Axis("outer rod, from hanging [°]", ticks=_ticks(outer[::-1])),
+        [Heat(values.T[::-1], limits, 1 if advice["against"] else 0), chosen],
+        title,
+        260,
+    )
+
+
+def _place(angles: Array, chosen: float) -> int:
+    """Return the place of an angle [rad] among some [degrees]."""
+    return int(np.argmin(np.abs(angles - np.degrees(chosen))))
+
+
+def _ticks(angles: Array) -> list[tuple[float, str]]:
+    # Names of all places, as the ends of the axis follow from them; written at quarter turns.
+    return [(float(place), f"{angle:.0f}" if round(angle) % 90 == 0 else "") for place, angle in enumerate(angles)]

@@ -39,6 +39,11 @@ class LoadedJob:
     checksums: Mapping[Path, Mapping[str, str]]
     """SHA-256 of each bag's files."""
 
+    @property
+    def trials(self) -> tuple[Trial, ...]:
+        """All of them as they were loaded, before any were averaged."""
+        return *self.fit, *self.holdout
+
 
 @dataclass(frozen=True)
 class Outcome:

@@ -25,13 +25,11 @@ def bag_checksums(bag: Path) -> dict[str, str]:
         BagError: a file cannot be read.
     """
     folder = bag.parent if bag.name == "metadata.yaml" else bag
+    checksums = {}
     try:
         if not bag.exists():
             raise BagError(no_bag(bag))
-        files = (
-            [file for file in sorted(folder.iterdir()) if file.name.endswith(_STORAGE)] if folder.is_dir() else [bag]
-        )
-        checksums = {}
+        files = [f for f in sorted(folder.iterdir()) if f.name.endswith(_STORAGE)] if folder.is_dir() else [bag]
         for file in files:
             with open_regular(file) as stream:
                 digest = hashlib.sha256()

@@ -4,7 +4,7 @@
 
 import json
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import NoReturn
 
 from cdp_ident.errors import ReportError
 from cdp_ident.model.effects import own
@@ -12,8 +12,7 @@ from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.parameters import INERTIA
 from cdp_ident.outside_text import shown
 from cdp_ident.regular_file import read_regular
-from cdp_ident.report.filling import filled
-from cdp_ident.report.schema import REPORT, SCHEMA, Section, problem
+from cdp_ident.report.schema import REPORT, SCHEMA, Section, filled, problem
 from cdp_ident.user_input import refuse_unknown
 
 _LARGEST = 1 << 24
@@ -36,20 +35,16 @@ def read_report(path: Path) -> Section:
         raise ReportError(f"{path} cannot be read: {reason}") from error
     schema = content.get("schema") if isinstance(content, dict) else None
     if schema != SCHEMA:
-        raise ReportError(f"{path} is of the schema {_short(schema)}, not {SCHEMA!r}: identify again with this version")
+        is_of = shown(repr(schema), 60)
+        raise ReportError(f"{path} is of the schema {is_of}, not {SCHEMA!r}: identify again with this version")
     if wrong := problem(content):
         raise ReportError(f"{path}: {wrong}; was it changed, or written by another version? identify again")
     report: Section = filled(REPORT, content)
     own.use(content["own_effects"], report["after"]["physical"][INERTIA.symbol]["value"], str(path))
-    for section in ("effects", "expected"):
-        known = {effect.name for effect in known_effects()}
-        refuse_unknown((effect["name"] for effect in report[section]), known, f"effect in {path}")
+    named = (effect["name"] for effect in (*report["effects"], *report["expected"]))
+    refuse_unknown(named, {effect.name for effect in known_effects()}, f"effect in {path}")
     return report
 
 
 def _refuse(constant: str) -> NoReturn:
     raise ValueError(f"{constant} is no number in JSON")
-
-
-def _short(value: Any) -> str:
-    return shown(repr(value), 60)

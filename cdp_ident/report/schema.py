@@ -1,14 +1,18 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""The schema of `report.json`, read from `schema.md`: the one statement of what a report holds.
+"""The schema of `report.json`, read from `schema.md`: the one statement of what a report holds, and what fills it.
 
 It is a JSON Schema (draft 2020-12), with a limit to everything that is repeated, since a report may come from anyone.
 """
 
+import math
 import re
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from jsonschema import Draft202012Validator
 
 from cdp_ident.configuration.keys import KEYS, WEIGHTS
@@ -32,14 +36,15 @@ _NAMES = {"name": {"maxLength": LONGEST_TEXT}, "identifier": _IDENTIFIER}
 """Keys of an object that has any."""
 _ROW = re.compile(r"( *)- (?:each (?P<each>[a-z ]+)|(?P<keys>`[^(:]+?))(?: \((?P<kind>.+?)\))?(?:: (?P<about>.+))?")
 _LIST = re.compile(r"lists?(?: of (?:(at most|exactly) (\d+) )?(.+))?")
+_UNIT = re.compile("_(rad|deg|s|percent)$")
+"""What a key ends in, but no attribute."""
 
-_Rows = list[tuple[int, re.Match[str]]]
-"""Lines with how far they are indented."""
+_Rows = list[re.Match[str]]
+"""Lines; the first group is how far they are indented."""
 
 
-def _object(properties: dict[str, Schema], optional: tuple[str, ...] = ()) -> Schema:
-    required = [name for name in properties if name not in optional]
-    return {"type": "object", "properties": properties, "required": required, "additionalProperties": False}
+def _object(properties: dict[str, Schema]) -> Schema:
+    return {"type": "object", "properties": properties, "required": [*properties], "additionalProperties": False}
 
 
 def _options() -> Schema:
@@ -52,8 +57,8 @@ def _options() -> Schema:
         name: (none if key.default is None else kinds[key.kind]) | {"description": key.description}
         for name, key in KEYS.items()
     }
-    options = _object(values, tuple(name for name in KEYS if name not in required))
-    return options | {"patternProperties": {f"^{re.escape(WEIGHTS)}": weight}}
+    of_weights = {"patternProperties": {f"^{re.escape(WEIGHTS)}": weight}}
+    return _object(values) | {"required": [name for name in KEYS if name in required]} | of_weights
 
 
 _KINDS: dict[str, Schema] = {
@@ -88,8 +93,8 @@ def _of_rows(rows: _Rows) -> Schema:
     """Return the schema of an object of which each value has a line, with others below it for what is inside."""
     properties: dict[str, Schema] = {}
     while rows:
-        (depth, row), *rows = rows
-        below = next((place for place, (other, _) in enumerate(rows) if other <= depth), len(rows))
+        row, *rows = rows
+        below = next((place for place, other in enumerate(rows) if len(other[1]) <= len(row[1])), len(rows))
         value = _of_kind(row["kind"] or "object", rows[:below]) | {"description": row["about"] or ""}
         rows = rows[below:]
         if row["each"] in _NAMES:
@@ -105,14 +110,10 @@ def _read() -> None:
     _, *stated = Path(__file__).with_suffix(".md").read_text(encoding="utf-8").split("\n## ")
     for kind in reversed(stated):
         name, _, lines = kind.partition("\n")
-        rows = re.findall(r"^ *- .*(?:\n *[^- \n].*)*", lines, re.MULTILINE)
-        _KINDS[name] = _of_rows([_row(re.sub(r"\n *", " ", row)) for row in rows])
-
-
-def _row(line: str) -> tuple[int, re.Match[str]]:
-    row = _ROW.fullmatch(line)
-    assert row, line
-    return len(row[1]), row
+        rows = [re.sub(r"\n *", " ", row) for row in re.findall(r"^ *- .*(?:\n *[^- \n].*)*", lines, re.MULTILINE)]
+        read = [row for row in map(_ROW.fullmatch, rows) if row]
+        assert len(read) == len(rows), name
+        _KINDS[name] = _of_rows(read)
 
 
 _read()
@@ -128,3 +129,45 @@ def problem(content: Any) -> str:
         return ""
     place = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in error.absolute_path)
     return f"{shown(place.lstrip('.'), 200) or 'it'}: {shown(error.message, 200)}"
+
+
+@dataclass(frozen=True)
+class Also:
+    """Something to report, with values for keys that it has no attributes for, or others."""
+
+    source: object
+    values: Mapping[str, Any]
+
+
+def filled(schema: Schema, source: Any) -> Any:
+    """Return what a schema asks of something, as plain values whose texts are all fit to be shown.
+
+    An object is filled from a mapping, from values in the order of its keys, or from the attributes that its keys name,
+    with their units or without. A number that is missing is infinite.
+    """
+    schema = schema.get("anyOf", [schema])[0]  # the other is null
+    kind, keys = schema.get("type", ""), schema.get("properties")
+    if "number" in kind and (source is not None or "null" in kind):
+        return math.inf if source is None else float(source)
+    if isinstance(source, str):
+        return shown(source, LONGEST_TEXT)
+    if source is not None and keys and not isinstance(source, Mapping):
+        source = _values(source, keys)
+    if isinstance(source, Mapping):
+        schemas: dict[str, Schema] = keys or {}
+        other: Schema = schema.get("additionalProperties") or {}
+        return {shown(key, LONGEST_TEXT): filled(schemas.get(key, other), value) for key, value in source.items()}
+    if isinstance(source, list | tuple):
+        return [filled(schema.get("items", {}), value) for value in source]
+    return source.tolist() if isinstance(source, np.ndarray | np.generic) else source
+
+
+def _values(source: Any, keys: Mapping[str, Schema]) -> Mapping[str, Any]:
+    """Return the values of an object's keys."""
+    if isinstance(source, np.ndarray) or type(source) in (list, tuple):
+        return dict(zip(keys, source, strict=True))
+    source, given = (source.source, source.values) if isinstance(source, Also) else (source, {})
+    return {
+        key: given[key] if key in given else getattr(source, key if hasattr(source, key) else _UNIT.sub("", key))
+        for key in keys
+    }

@@ -1,29 +1,28 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""The paper's two genetic algorithms side by side: its Tables 4 and 5, and evolution, contrast curves and errors."""
+"""Genetic searches: a report's, and the paper's two algorithms side by side: its Tables 4 and 5, and its figures."""
 
 import statistics
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array
 from cdp_ident.fit.windows import Window
 from cdp_ident.model.parameters import GROUPS, SYMBOLS, groups_of
 from cdp_ident.report.document import Table
+from cdp_ident.report.figures.curves import file_name, measured_and_simulated
 from cdp_ident.report.figures.description import Axis, Figure, Line, Panel
-from cdp_ident.report.figures.errors import GENERATION, evolution
-from cdp_ident.report.figures.motion import file_name, measured_and_simulated
+from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import Model, group_words
 from cdp_ident.search.genetic_search import Progress
 from cdp_ident.search.operators import logarithmic_fitness
 from cdp_ident.search.options import GeneticOptions
 
-Array = npt.NDArray[np.float64]
-
 _IN_PAPER = (1, 20, 40, 60, 80, 100, 200, 300, 400, 500)
 """Generations of its tables."""
+_GENERATION = Axis("generation")
 
 
 @dataclass(frozen=True)
@@ -157,8 +156,8 @@ def search_figures(searches: Searches) -> Iterator[Figure]:
         "differ by the seed; thick, their median. As the paper's Figs. 7, 9 and 13, which show one search each.",
         f"Best errors after the last generation: {'; '.join(ends)}.",
         [
-            evolution([*errors, Line("the encoders' noise alone", "noise", generations, floor, dash="dash")]),
-            Panel(GENERATION, Axis("fitness H(Z)"), fitnesses),
+            _evolution([*errors, Line("the encoders' noise alone", "noise", generations, floor, dash="dash")]),
+            Panel(_GENERATION, Axis("fitness H(Z)"), fitnesses),
         ],
         shared_x=True,
     )
@@ -184,3 +183,24 @@ def _lines(model: Model, algorithm: Algorithm, of: str) -> Iterator[Line]:
     for values in every:
         yield Line(f"{model.label}, each seed", model.key, generations, values, 0.6)
     yield Line(f"{model.label}, median", model.key, generations, median, 3.0)
+
+
+def best_error(report: Section) -> Iterator[Figure]:
+    """Yield the best error over the generations of a report's search, where it was not cut short to a few."""
+    search = report["search"]
+    if search["cut_short"]:
+        return
+    history, name = np.array(search["history"]), search["method"].upper()
+    yield Figure(
+        "best_error",
+        "Evolution of the best error",
+        f"Squared error (Eq. 10) of the best chromosome after each generation of the search ({name}), from which the "
+        "refinement starts. As the paper's Figs. 7, 9 and 13.",
+        f"From {history[0]:.4g} to {history[-1]:.4g} rad² in {len(history) - 1} generations.",
+        [_evolution([Line(name, "after", np.arange(len(history), dtype=float), history, 2.0)])],
+    )
+
+
+def _evolution(lines: Sequence[Line]) -> Panel:
+    """Return best errors over the generations of searches."""
+    return Panel(_GENERATION, Axis("best error E(Z) [rad²]", logarithmic=True), lines, height=260)

@@ -82,9 +82,12 @@ def judgement(
     is_noise = not significant and times <= _AS_NOISE
     as_noise = f"encoder noise and {late}" if late else "encoder noise"
     if not count:
+        milliradians = f"{1e3 * after:.3g} mrad"
         if is_noise:
-            return f"The paper's model explains the motion: what it leaves, {1e3 * after:.3g} mrad, is {as_noise}."
-        return _of_the_paper_s_model(after, times, significant, why)
+            return f"The paper's model explains the motion: what it leaves, {milliradians}, is {as_noise}."
+        if significant:
+            return f"The paper's model leaves more than noise, {milliradians}, and {why}."
+        return f"The paper's model leaves {milliradians}, {times:.2g} times the encoders' noise, and {why}."
     changes = f"{1e3 * before:.3g} -> {1e3 * after:.3g} mrad on held-out motion"
     subject, was, does, s = (f"{subject},", "was", "does", "s") if count == 1 else (subject, "were", "do", "")
     if is_worse(after, before):
@@ -99,22 +102,10 @@ def judgement(
         return f"{subject} {was} found, but hardly matter{s} here: {changes}; {rest}."
     if share < _NEARLY_ALL:
         is_noise, rest = False, _rest(times, significant)
-    return (
-        f"{subject} explain{s} {_share_words(share, is_noise)} of what the paper's model could not: {changes}; {rest}."
-    )
-
-
-def _of_the_paper_s_model(left: float, times: float, significant: bool, why: str) -> str:
-    milliradians = f"{1e3 * left:.3g} mrad"
-    if significant:
-        return f"The paper's model leaves more than noise, {milliradians}, and {why}."
-    return f"The paper's model leaves {milliradians}, {times:.2g} times the encoders' noise, and {why}."
-
-
-def _share_words(share: float, is_noise: bool) -> str:
-    """Write a share of what was to be explained; it is all only where nothing but noise is left."""
     per_cent = round(100.0 * share)
-    return "more than 99 %" if per_cent == 100 and not is_noise else f"{per_cent} %"
+    # It is all only where nothing but noise is left.
+    explained = "more than 99 %" if per_cent == 100 and not is_noise else f"{per_cent} %"
+    return f"{subject} explain{s} {explained} of what the paper's model could not: {changes}; {rest}."
 
 
 def _rest(times: float, significant: bool) -> str:
@@ -128,7 +119,17 @@ def _rest(times: float, significant: bool) -> str:
 
 def effect_in_words(found: FoundEffect) -> str:
     """Return an effect with its place and strength, and what else it may be."""
-    return capitalised(_in_words(found))
+    effect, more = found.active.effect, found.active.is_difference
+    what = f"{'more ' * more}{_with_place(effect)}{' in one trial' * more}"
+    if found.curve:
+        largest, at = found.parameters
+        size = f", up to {_strength(largest)} at {_scaled(at)}" if _is_shown(largest) else ""
+        likeness = f", as {found.curve.likeness} would have" if found.curve.likeness else ""
+        return capitalised(f"{what}{size}{likeness}")
+    strength = next((p for p in found.parameters if not p.description.shape and _is_shown(p)), None)
+    named = f"{CERTAINTY[found.certainty]}{what}{f', {_strength(strength)}' if strength else ''}"
+    others = " or ".join(map(key_words, found.also_possible))
+    return capitalised(f"{named} (or {others}, which the data do not distinguish from it)" if others else named)
 
 
 def _with_place(effect: Effect) -> str:
@@ -143,29 +144,15 @@ def _with_place(effect: Effect) -> str:
     return f"{effect.description}{place}"
 
 
-def _in_words(found: FoundEffect) -> str:
-    effect = found.active.effect
-    what = f"{'more ' * found.active.is_difference}{_with_place(effect)}{' in one trial' * found.active.is_difference}"
-    if found.curve:
-        largest, at = found.parameters
-        size = f", up to {_strength(largest)} at {_with_unit(at)}" if _is_shown(largest) else ""
-        likeness = f", as {found.curve.likeness} would have" if found.curve.likeness else ""
-        return f"{what}{size}{likeness}"
-    strength = next((p for p in found.parameters if not p.description.shape and _is_shown(p)), None)
-    named = f"{CERTAINTY[found.certainty]}{what}{f', {_strength(strength)}' if strength else ''}"
-    others = " or ".join(map(key_words, found.also_possible))
-    return f"{named} (or {others}, which the data do not distinguish from it)" if others else named
-
-
 def _is_shown(parameter: FoundParameter) -> bool:
     """Return whether a value is more than zero as it is written."""
-    return float(_with_unit(parameter).split()[0]) != 0.0
+    return float(_scaled(parameter).split()[0]) != 0.0
 
 
 def _strength(found: FoundParameter) -> str:
     """Return a value with its unit: over A22 first where no mass is known, and in the unit what that may be."""
     first = over_inertia(quantity(found))
-    return f"{first} ({_scaled(found, 0.0)}, give or take a factor of three)" if first else _with_unit(found)
+    return f"{first} ({_scaled(found, guessed=True)}, give or take a factor of three)" if first else _scaled(found)
 
 
 def quantity(found: FoundParameter) -> Section:
@@ -174,15 +161,12 @@ def quantity(found: FoundParameter) -> Section:
     return {"value": found.value, "std": found.std, "unit": found.description.unit, "as_fitted": as_fitted}
 
 
-def _with_unit(parameter: FoundParameter) -> str:
-    return _scaled(parameter, parameter.std)
-
-
-def _scaled(parameter: FoundParameter, std: float) -> str:
-    symbol, size = unit(parameter.description.unit), max(abs(parameter.value), std)
+def _scaled(found: FoundParameter, guessed: bool = False) -> str:
+    """Write a value with its unit and a prefix that suits it, without its standard deviation where it is `guessed`."""
+    symbol, std = unit(found.description.unit), 0.0 if guessed else found.std
     begins = _PREFIXED.match(symbol)
     power = int(begins[1] or 1) if begins else 0
     prefixes = [(factor**power, prefix) for factor, prefix in _PREFIXES[: 3 if power else 1]]
-    factor, prefix = next(((f, p) for f, p in prefixes if size >= f), prefixes[-1])
-    value, std = parameter.value / factor, std / factor
-    return f"{with_std(value, std) if std else f'{value:.3g}'} {prefix}{symbol}".rstrip()
+    factor, prefix = next(((f, p) for f, p in prefixes if max(abs(found.value), std) >= f), prefixes[-1])
+    value = with_std(found.value / factor, std / factor) if std else f"{found.value / factor:.3g}"
+    return f"{value} {prefix}{symbol}".rstrip()

@@ -9,9 +9,8 @@ from markupsafe import Markup
 
 from cdp_ident.fit.physical import CONFIDENCE
 from cdp_ident.report.document import Chapter, Charts, Document, Row, Table
-from cdp_ident.report.figures.description import Axis, Figure, Line, Panel
-from cdp_ident.report.figures.palette import series
-from cdp_ident.report.page import page_of
+from cdp_ident.report.figures.description import Axis, Figure, Line, Panel, series
+from cdp_ident.report.pictures import page_of
 from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import in_unit, milliradians, unit
 

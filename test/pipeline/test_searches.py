@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from cdp_ident.pipeline.searches import search_by_both
-from cdp_ident.report.searches import fitness, search_figures, search_tables, shown_generations
+from cdp_ident.report.searches import best_error, fitness, search_figures, search_tables, shown_generations
 
 BAGS = Path(__file__).parents[2] / "bags"
 SHORT = {"search.population": 20, "search.generations": 25}
@@ -62,3 +62,11 @@ def test_a_search_shows_the_paper_s_generations_and_its_last():
     assert shown_generations(500) == [1, 20, 40, 60, 80, 100, 200, 300, 400, 500]
     assert shown_generations(2) == [1, 2]
     assert shown_generations(0) == [0]
+
+
+def test_the_history_of_a_search_in_full_is_shown(read_content):
+    assert not list(best_error(read_content))
+    read_content["search"] |= {"history": [100.0, 5.0, 0.1], "cut_short": False}
+    (figure,) = best_error(read_content)
+    assert figure.panels[0].y.logarithmic
+    assert np.array_equal(figure.panels[0].marks[0].y, [100.0, 5.0, 0.1])

@@ -14,7 +14,7 @@ from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.motions import simulate
 from cdp_ident.replay.observer import Observer
-from cdp_ident.replay.stream import MotionStream
+from cdp_ident.replay.scene import MotionStream
 from reference.pendulum import TABLE_5, TIME, cart_position, motion
 
 PERIOD = 0.005

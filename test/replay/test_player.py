@@ -1,6 +1,6 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Playing: order, rate, loops, and the end."""
+"""Playing: order, rate, loops, the end, and when the next frame is due."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from cdp_ident.configuration.fitted_model import fitted_model
 from cdp_ident.model.parameters import NOMINAL
-from cdp_ident.replay.player import Player
+from cdp_ident.replay.player import Player, RateTimer
 from cdp_ident.replay.scene import Frame
 
 MODEL = fitted_model(NOMINAL, "test")
@@ -97,3 +97,31 @@ def test_a_restart_is_at_once():
     frame = player.next()
     assert frame is not None
     assert frame.simulated == (1.0, 0.0, 0.0)
+
+
+@given(st.floats(1.0, 1000.0), st.lists(st.integers(0, 900_000_000), min_size=1, max_size=50))
+def test_deadlines_do_not_drift_however_late_each_is_met(frequency, late):
+    timer, begin = RateTimer(frequency), 1_700_000_000_000_000_000
+    now = begin
+    for count, lateness in enumerate(late):
+        deadline = timer.next_ns(now)
+        assert deadline == begin + round(count * 1e9 / frequency)
+        timer.advance()
+        now = deadline + lateness
+
+
+def test_after_a_second_without_looking_the_count_begins_anew():
+    timer = RateTimer(100.0)
+    assert timer.next_ns(5) == 5
+    timer.advance()
+    assert timer.next_ns(8) == 10_000_005
+    assert timer.next_ns(2_000_000_000) == 2_000_000_000
+    assert timer.next_ns(100) == 100  # the clock was set back
+
+
+def test_it_can_be_told_to_begin_anew():
+    timer = RateTimer(100.0)
+    timer.next_ns(0)
+    timer.advance()
+    timer.begin_anew()
+    assert timer.next_ns(123) == 123

@@ -9,16 +9,7 @@ import pytest
 from rich.console import Console
 
 from cdp_ident.report.chapters import document_of
-from cdp_ident.report.document import (
-    Chapter,
-    Charts,
-    Code,
-    Document,
-    Sentences,
-    Table,
-    markdown,
-    print_document,
-)
+from cdp_ident.report.document import Chapter, Charts, Code, Document, Sentences, Table, markdown, print_document
 from cdp_ident.report.figures.description import Figure
 from cdp_ident.report.wording import summary, with_std
 
@@ -130,27 +121,24 @@ def as_markdown(*parts, with_figures=False):
     return markdown(Document("", "a_b", "All is well.", [Chapter("x", "Chapter", parts)]), with_figures)
 
 
-def test_a_table_has_its_title_above_and_its_note_below():
-    text = as_markdown(Table("Sizes", ("what", "size"), [("rod", "1")], "In m."))
-    assert text.split("\n\n")[2:] == [
-        "## Chapter",
-        "**Sizes**",
-        "| what | size |\n| --- | --- |\n| rod | 1 |",
-        "In m.\n",
-    ]
-
-
-def test_a_single_sentence_is_a_paragraph_and_several_are_a_list():
-    assert "\n\nOne.\n" in as_markdown(Sentences(["One."]))
-    assert "- One.\n- Two.\n" in as_markdown(Sentences(["One.", "Two."]))
+@pytest.mark.parametrize(
+    ("part", "text"),
+    [
+        (
+            Table("Sizes", ("what", "size"), [("rod", "1")], "In m."),
+            "\n\n## Chapter\n\n**Sizes**\n\n| what | size |\n| --- | --- |\n| rod | 1 |\n\nIn m.\n",
+        ),
+        (Sentences(["One."]), "\n\nOne.\n"),
+        (Sentences(["One.", "Two."]), "- One.\n- Two.\n"),
+        (Sentences(["*a* <b>"]), "\\*a\\* &lt;b>"),
+        (Sentences([Code("run *a*")]), "`run *a*`"),
+    ],
+)
+def test_a_part_is_markdown_in_which_text_stays_text(part, text):
+    assert text in as_markdown(part)
 
 
 def test_a_chapter_that_says_nothing_is_left_out():
     nothing = (Table("", ("a",), []), Sentences([]), Charts([FIGURE]))
     assert as_markdown(*nothing) == "# a\\_b\n\nAll is well.\n"
     assert "![Small.](figures/one.svg)" in as_markdown(*nothing, with_figures=True)
-
-
-def test_text_stays_text_and_a_command_is_code():
-    assert "\\*a\\* &lt;b>" in as_markdown(Sentences(["*a* <b>"]))
-    assert "`run *a*`" in as_markdown(Sentences([Code("run *a*")]))

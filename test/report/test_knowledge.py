@@ -1,6 +1,6 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""What is known of a rig, read again from a report's folder."""
+"""What is known of a rig, read again from a report's folder, what that lets expect, and what has changed since."""
 
 from dataclasses import asdict, replace
 
@@ -10,8 +10,10 @@ import pytest
 from cdp_ident.design.discrimination import RecordedMotion
 from cdp_ident.design.knowledge import NEW, Knowledge
 from cdp_ident.errors import CdpIdentError, ReportError
-from cdp_ident.report.knowledge import knowledge_of, recorded_motion
+from cdp_ident.report.knowledge import compared, expected_effects, knowledge_of, recorded_motion
 from cdp_ident.report.next_trial import next_trial_section
+from cdp_ident.report.schema import REPORT, filled
+from cdp_ident.report.selection import expected_in_words
 from scenarios.weighted import WEIGHT
 
 
@@ -110,3 +112,30 @@ def test_a_trial_has_zeros_of_its_own_where_those_before_had(read_content):
     size = len(correlation["names"])
     correlation["matrix"] = np.eye(size).tolist()
     assert knowledge_of(read_content).model.zeros == (NEW,)
+
+
+def test_the_effects_of_a_report_are_expected_with_the_values_that_motion_showed(content, outcome):
+    (expected,) = expected_effects(content)
+    assert expected.effect.key == "coulomb_friction.outer"
+    place = outcome.trace.after.model.places(0)
+    assert expected.values == outcome.trace.completed.fit.values[place]
+    assert np.all(expected.std > 0)
+
+
+def test_what_happened_once_and_what_has_no_name_is_not_expected_again(content):
+    (effect,) = content["effects"]
+    once, nameless = effect | {"name": "impulse"}, effect | {"name": "unknown_torque", "variant": "over_angle"}
+    assert expected_effects(content | {"effects": [once, nameless]}) == ()
+
+
+def test_each_is_said_to_be_confirmed_withdrawn_or_new(content, outcome):
+    (known,) = expected_effects(content)
+    off = replace(known, values=known.values + 3 * np.sqrt(2) * known.std)
+    (confirmed,) = filled(REPORT["properties"]["expected"], compared([off], outcome.trace.effects))
+    assert confirmed["state"] == "confirmed"
+    assert round(confirmed["parameters"]["torque"]["deviations"], 3) == 3.0
+    assert [section.values["state"] for section in compared([known], ())] == ["withdrawn"]
+    assert [section.values["state"] for section in compared([], outcome.trace.effects)] == ["new"]
+    words = list(expected_in_words({"expected": [confirmed]}))
+    assert words[0].startswith("coulomb friction, outer is confirmed: torque 0.0")
+    assert words[0].endswith("(3.0 std), torques over A22")

@@ -1,6 +1,6 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""What a report says of a next trial, and what is made of it again."""
+"""What a report says of a next trial, in numbers, words and maps, and what is made of it again."""
 
 import copy
 from dataclasses import replace
@@ -9,9 +9,16 @@ import numpy as np
 import pytest
 
 from cdp_ident.design.starts import Grid
-from cdp_ident.report.advice import advice_words
 from cdp_ident.report.knowledge import knowledge_of
-from cdp_ident.report.next_trial import Question, answers, next_trial_section, strength_of, usual_questions
+from cdp_ident.report.next_trial import (
+    Question,
+    advice_map,
+    advice_words,
+    answers,
+    next_trial_section,
+    strength_of,
+    usual_questions,
+)
 from scenarios.weighted import WEIGHT
 
 
@@ -94,7 +101,7 @@ def test_the_advice_is_in_words(content):
 
 def test_what_could_be_another_effect_is_asked_first(read_content):
     model = knowledge_of(read_content).model
-    asked = usual_questions(model, {"coulomb_friction.outer": ["air_drag.outer"]})
+    asked = usual_questions(model, [["air_drag.outer"]])
     assert asked[0] == Question("coulomb_friction.outer", "air_drag.outer")
     assert strength_of(model, "coulomb_friction.outer") == "coulomb_friction.outer.torque"
 
@@ -107,3 +114,46 @@ def test_what_cannot_be_computed_is_told_and_costs_the_advice_alone(outcome):
     told = []
     assert next_trial_section(replace(outcome, trace=lost), told.append) is None
     assert told[0].startswith("which trial to record next: ")
+
+
+def test_the_map_has_each_start_and_at_the_one_to_take_a_dot_and_what_the_words_say(read_content):
+    (figure,) = advice_map(read_content)
+    advice = read_content["next_trial"]["advice"][0]
+    heat, dot = figure.panels[0].marks
+    inner, outer = (int(place[0]) for place in (dot.x, dot.y))
+    assert np.degrees(advice["inner_rad"]) == pytest.approx(np.degrees(advice["map"]["inner_rad"][inner]))
+    assert heat.matrix[outer, inner] == 100.0 * advice["expected"]
+    assert f"fall to {heat.matrix[outer, inner]:.2g} %" in figure.alternative
+    others = np.delete(heat.matrix.ravel(), outer * heat.matrix.shape[1] + inner)
+    exact = 100.0 * np.array(advice["map"]["values"])
+    assert np.isin(others, exact).all()
+    assert figure.panels[0].title == "all base parameters [%]"
+    assert "all base parameters: let go" in figure.alternative
+
+
+def test_starts_without_a_motion_are_left_blank(read_content):
+    read_content["next_trial"]["advice"][0]["map"]["values"][0] = [np.inf] * 8
+    (figure,) = advice_map(read_content)
+    assert not np.isfinite(figure.panels[0].marks[0].matrix[:, 0]).any()
+
+
+def test_two_effects_have_a_scale_of_their_own(read_content):
+    advice = read_content["next_trial"]["advice"][0]
+    advice["against"] = "air_drag.outer"
+    advice["map"]["values"] = [[7.0] * 12 for _ in range(12)]
+    (figure,) = advice_map(read_content)
+    assert figure.panels[0].marks[0].limits == (-7.0, 7.0)
+
+
+def test_what_no_trial_shows_yet_is_drawn_by_its_interval_then_and_starts_that_show_nothing_are_left_blank(
+    read_content,
+):
+    (figure,) = advice_map(read_content)
+    advice, panel = read_content["next_trial"]["advice"][-1], figure.panels[-1]
+    assert panel.title == "A22, with a weight [± %]"
+    heat = panel.marks[0]
+    shown = heat.matrix[np.isfinite(heat.matrix)]
+    assert 1.96 <= shown.min() <= shown.max() == heat.limits[1] / 2
+    assert shown.max() < 100
+    hanging = advice["map"]["values"][advice["map"]["inner_rad"].index(0.0)][advice["map"]["outer_rad"].index(0.0)]
+    assert hanging == np.inf

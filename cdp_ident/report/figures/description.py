@@ -1,18 +1,49 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""What a picture shows: data, labels with units, words and colours. How it is drawn is the renderers' affair."""
+"""What a picture shows: data, labels with units, words and colours. How it is drawn is the renderers' affair.
 
+Colours have names by what they stand for; people with any colour vision can tell them apart. The hues are those of
+Okabe and Ito (Color Universal Design, 2008), lighter ones on a dark ground; models also differ by the dash of their
+lines and trials by the shape of their marks.
+"""
+
+import textwrap
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
-from cdp_ident.report.figures.palette import Colour, Dash
+from cdp_ident.arrays import Array
 
-Array = npt.NDArray[np.float64]
+Colour = Literal[
+    "ink", "quiet", "grid", "surface", "before", "after", "noise", "held_out",
+    "series1", "series2", "series3", "series4", "series5", "series6",
+]  # fmt: skip
+Dash = Literal["solid", "dash", "dot"]
 
-
+_ON_GROUNDS: dict[Colour, tuple[str, str]] = {
+    "ink": ("#1b1f24", "#e6edf3"),
+    "quiet": ("#57606a", "#9ea7b3"),
+    "grid": ("#d8dee4", "#30363d"),
+    "surface": ("#ffffff", "#161b22"),
+    "before": ("#d55e00", "#f0883e"),
+    "after": ("#0072b2", "#56b4e9"),
+    "noise": ("#8c959f", "#7d8590"),
+    "held_out": ("#fff3cf", "#2f2a1c"),
+    "series1": ("#0072b2", "#56b4e9"),
+    "series2": ("#d55e00", "#f0883e"),
+    "series3": ("#009e73", "#2fc49a"),
+    "series4": ("#cc79a7", "#e3a1c8"),
+    "series5": ("#b58900", "#f0e442"),
+    "series6": ("#4f9fd0", "#8fb8d8"),
+}
+LIGHT, DARK = ({name: pair[ground] for name, pair in _ON_GROUNDS.items()} for ground in range(2))
+SERIES: tuple[Colour, ...] = ("series1", "series2", "series3", "series4", "series5", "series6")
+SHAPES = {"circle": "o", "square": "s", "diamond": "D", "triangle-up": "^", "x": "X", "star": "*"}
+"""Shapes of marks as plotly names them, and as matplotlib does."""
+_LABEL_WIDTH = 22
+"""Characters in a line of a name beside an axis: two thirds of a phone remain beside it."""
 _MOST_WRITTEN = 9
 """Columns of a square whose numbers still fit in on a phone."""
 
@@ -93,9 +124,19 @@ class Axis:
         return min(places) - 0.6, max(places) + 0.6
 
 
+def series(index: int) -> tuple[Colour, str]:
+    """Return colour and shape of one of several trials or runs."""
+    return SERIES[index % len(SERIES)], list(SHAPES)[index % len(SHAPES)]
+
+
 def named(names: Iterable[str]) -> Axis:
     """Return an axis with names at the places 0, 1 and so on."""
     return Axis(ticks=[(float(place), name) for place, name in enumerate(names)])
+
+
+def wrapped(name: str) -> str:
+    """Break a name that stands beside an axis into lines."""
+    return "\n".join(textwrap.wrap(name, _LABEL_WIDTH))
 
 
 def level(label: str, colour: Colour, value: float, names: Axis) -> Line:
@@ -145,11 +186,8 @@ class Figure:
                 if not isinstance(mark, Heat):
                     entries.setdefault(mark.label, (mark.label, mark.colour, _kind(mark)))
             if panel.held_out:
-                entries.setdefault(HELD_OUT, (HELD_OUT, "held_out", "span"))
+                entries.setdefault("held out", ("held out", "held_out", "span"))
         return list(entries.values())
-
-
-HELD_OUT = "held out"
 
 
 def _kind(mark: Line | Bars) -> str:

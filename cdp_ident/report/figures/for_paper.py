@@ -17,8 +17,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from cdp_ident.report.figures.description import Axis, Bars, Figure, Heat, Line, Mark, Panel
-from cdp_ident.report.figures.palette import LIGHT, SHAPES, Colour
+from cdp_ident.report.figures.description import LIGHT, SHAPES, Axis, Colour, Figure, Heat, Line, Panel
 
 _WIDTH = 6.5
 """Inches: the width of a page's text."""
@@ -85,7 +84,14 @@ def _draw(panel: Panel, ax: Axes, hides_x: bool) -> None:
     for begin, end in panel.held_out:
         ax.axvspan(begin, end, color=LIGHT["held_out"], linewidth=0, zorder=0)
     for mark in panel.marks:
-        _mark(mark, ax)
+        if isinstance(mark, Line):
+            _line(mark, ax)
+        elif isinstance(mark, Heat):
+            _heat(mark, ax)
+        else:
+            bars = ax.barh(mark.positions, mark.lengths, mark.thickness, color=LIGHT[mark.colour])
+            ax.bar_label(bars, [_literal(words) for words in mark.words], padding=3, fontsize=8, bbox=_BEHIND_WORDS)
+            ax.margins(x=0.1)
     if panel.title:
         ax.set_title(_literal(panel.title), fontsize=9, loc="left")
     _axis(replace(panel.x, label="") if hides_x else panel.x, ax, "x")
@@ -102,17 +108,6 @@ def _axis(axis: Axis, ax: Axes, which: str) -> None:
         places, names = zip(*axis.ticks, strict=True)
         getattr(ax, f"set_{which}ticks")(places, [_literal(name) for name in names], fontsize=7.5, linespacing=0.95)
         getattr(ax, f"set_{which}lim")(*sorted(axis.ends, reverse=which == "y"))
-
-
-def _mark(mark: Mark, ax: Axes) -> None:
-    if isinstance(mark, Line):
-        _line(mark, ax)
-    elif isinstance(mark, Bars):
-        bars = ax.barh(mark.positions, mark.lengths, mark.thickness, color=LIGHT[mark.colour])
-        ax.bar_label(bars, [_literal(words) for words in mark.words], padding=3, fontsize=8, bbox=_BEHIND_WORDS)
-        ax.margins(x=0.1)
-    else:
-        _heat(mark, ax)
 
 
 def _line(mark: Line, ax: Axes) -> None:

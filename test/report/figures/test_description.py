@@ -1,10 +1,27 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""What a figure says about itself."""
+"""What a figure says about itself, in colours that everybody can tell apart, on either ground."""
+
+import itertools
 
 import numpy as np
+import pytest
 
-from cdp_ident.report.figures.description import Axis, Bars, Figure, Heat, Line, Panel, level, named
+from cdp_ident.report.figures.description import (
+    DARK,
+    LIGHT,
+    SERIES,
+    SHAPES,
+    Axis,
+    Bars,
+    Figure,
+    Heat,
+    Line,
+    Panel,
+    level,
+    named,
+    series,
+)
 
 NOTHING = np.zeros(2)
 
@@ -35,3 +52,55 @@ def test_the_legend_has_each_name_once_with_colour_and_kind():
 
 def test_a_square_of_numbers_needs_no_legend():
     assert Figure("f", "", "", "", [Panel(Axis(), Axis(), [Heat(np.eye(1))])]).legend() == []
+
+
+# Machado, Oliveira and Fernandes, IEEE Trans. Visualization and Computer Graphics 15, 2009, full severity, linear RGB.
+DEFICIENCIES = {
+    "none": np.eye(3),
+    "protanopia": [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
+    "deuteranopia": [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]],
+    "tritanopia": [[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.303900]],
+}
+
+
+def linear(colour):
+    value = np.array([int(colour[k : k + 2], 16) for k in (1, 3, 5)]) / 255
+    return np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
+
+
+def lab(rgb):
+    xyz = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]) @ np.clip(rgb, 0, 1)
+    f = np.cbrt(xyz / [0.9505, 1.0, 1.089] + 1e-6)
+    return np.array([116 * f[1] - 16, 500 * (f[0] - f[1]), 200 * (f[1] - f[2])])
+
+
+def contrast(one, other):
+    bright, dim = sorted((float(linear(c) @ [0.2126, 0.7152, 0.0722]) for c in (one, other)), reverse=True)
+    return (bright + 0.05) / (dim + 0.05)
+
+
+@pytest.mark.parametrize("theme", [LIGHT, DARK], ids=["light", "dark"])
+@pytest.mark.parametrize("vision", DEFICIENCIES)
+def test_models_can_be_told_apart_by_everybody(theme, vision):
+    seen = {
+        name: lab(np.array(DEFICIENCIES[vision]) @ linear(theme[name]))
+        for name in ("before", "after", "ink", "surface")
+    }
+    for one, other in itertools.combinations(seen, 2):
+        assert np.linalg.norm(seen[one] - seen[other]) > 20, (one, other)
+
+
+@pytest.mark.parametrize("theme", [LIGHT, DARK], ids=["light", "dark"])
+def test_text_and_curves_stand_out_from_the_ground(theme):
+    assert contrast(theme["ink"], theme["surface"]) > 7
+    assert contrast(theme["quiet"], theme["surface"]) > 4.5
+    assert all(contrast(theme[name], theme["surface"]) > 2.7 for name in ("before", "after", *SERIES))
+
+
+def test_both_themes_have_every_colour():
+    assert set(LIGHT) == set(DARK)
+
+
+def test_more_runs_than_colours_begin_anew():
+    assert series(0) == ("series1", "circle") == series(len(SERIES))
+    assert len(set(SHAPES)) == len(SERIES)

@@ -100,3 +100,8 @@ def desktop(opened):
     """The report as it is when it has been opened; who zooms a chart leaves it as it was."""
     opened.begin_anew()
     return opened
+
+
+@pytest.fixture
+def page(desktop):
+    return desktop.page

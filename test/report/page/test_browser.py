@@ -13,9 +13,9 @@ from cdp_ident.report.chapters import document_of
 from cdp_ident.report.comparison import compare
 from cdp_ident.report.curves import Curves
 from cdp_ident.report.document import Chapter, Charts, Document
-from cdp_ident.report.figures.parameters import runs_compared
 from cdp_ident.report.folder import PAGE
-from cdp_ident.report.page import page_of
+from cdp_ident.report.parameters import runs_compared
+from cdp_ident.report.pictures import page_of
 from cdp_ident.survey.contents import survey
 from cdp_ident.survey.page import survey_html
 from scenarios.fleet import finished
@@ -117,8 +117,8 @@ def test_verdict_and_numbers_are_those_of_the_report(desktop, read_content):
     assert all(digest in text for files in read_content["run"]["bag_sha256"].values() for digest in files.values())
 
 
-def test_the_pendulum_at_a_scrubbed_time_is_that_of_the_data(desktop, shown_curves):
-    page, curve = desktop.page, shown_curves.trials[2]
+def test_the_pendulum_at_a_scrubbed_time_is_that_of_the_data(page, shown_curves):
+    curve = shown_curves.trials[2]
     page.select_option("#factor", "1")
     page.select_option("#start", "run")
     for index in (0, 777, len(curve.time) - 1):
@@ -135,23 +135,21 @@ def test_the_pendulum_at_a_scrubbed_time_is_that_of_the_data(desktop, shown_curv
     assert tip(page, "measured") == pytest.approx(tips(shown_curves.trials[1].measured[100:101])[0], abs=NEAR)
 
 
-def test_what_is_drawn_is_where_the_data_says(desktop):
-    page = desktop.page
+def test_what_is_drawn_is_where_the_data_says(page):
     scrub_to(page, 500)
     x, z = tip(page, "measured")
     end = re.findall(r"L(\S+),(\S+)", page.get_attribute(drawn("measured") + " path", "d"))[-1]
     assert [float(number) for number in end] == pytest.approx([100 * x, -100 * z], abs=0.01)
 
 
-def test_a_difference_too_small_to_see_is_magnified(desktop, shown_curves):
-    page, curve = desktop.page, shown_curves.trials[2]
+def test_a_difference_too_small_to_see_is_magnified(page, shown_curves):
+    curve = shown_curves.trials[2]
     scrub_to(page, 1000)
     magnified = curve.measured[1000] + 100 * (curve.before[1000] - curve.measured[1000])
     assert tip(page, "simulated") == pytest.approx(tips(magnified[None])[0], abs=1e-3)
 
 
-def test_playing_moves_it_and_pausing_holds_it(desktop):
-    page = desktop.page
+def test_playing_moves_it_and_pausing_holds_it(desktop, page):
     page.click("#play")
     desktop.until("Number(document.querySelector('.stage').dataset.time) > 0.3")
     page.click("#play")
@@ -162,8 +160,7 @@ def test_playing_moves_it_and_pausing_holds_it(desktop):
     assert page.input_value("#scrub") != "0"
 
 
-def test_the_keyboard_works_the_player(desktop):
-    page = desktop.page
+def test_the_keyboard_works_the_player(desktop, page):
     page.focus("#scrub")
     page.keyboard.press("ArrowRight")
     page.keyboard.press("ArrowRight")
@@ -181,8 +178,7 @@ def test_the_keyboard_works_the_player(desktop):
     assert page.inner_text("#play") == "Pause"
 
 
-def test_a_drag_zooms_all_panels_and_a_double_click_shows_all_again(desktop):
-    page = desktop.page
+def test_a_drag_zooms_all_panels_and_a_double_click_shows_all_again(desktop, page):
     plot = page.locator("[data-figure^=angles_1]")
     plot.scroll_into_view_if_needed()
     (whole,) = ranges(plot)  # one axis for all panels
@@ -203,8 +199,7 @@ def test_a_drag_zooms_all_panels_and_a_double_click_shows_all_again(desktop):
     )
 
 
-def test_the_keyboard_zooms_a_chart(desktop):
-    page = desktop.page
+def test_the_keyboard_zooms_a_chart(page):
     plot = page.locator("[data-figure=parameters]")
     plot.scroll_into_view_if_needed()
     before = ranges(plot)
@@ -218,8 +213,7 @@ def test_the_keyboard_zooms_a_chart(desktop):
     assert ranges(plot) == [pytest.approx(r, rel=0.2) for r in before]
 
 
-def test_a_name_above_a_chart_hides_its_curves(desktop):
-    page = desktop.page
+def test_a_name_above_a_chart_hides_its_curves(page):
     figure = page.locator("#figure-errors")
     bars = figure.locator(".bars .point").count()
     button = figure.get_by_role("button", name="before: the paper's model, fitted")
@@ -242,8 +236,7 @@ def test_charts_follow_the_theme(desktop):
     assert desktop.complaints == []
 
 
-def test_everything_that_can_be_used_has_a_name_and_every_chart_a_text_in_its_place(desktop):
-    page = desktop.page
+def test_everything_that_can_be_used_has_a_name_and_every_chart_a_text_in_its_place(page):
     unnamed = page.evaluate("""() => [
       ...document.querySelectorAll('button, select, input, a, [role=img], [role=region]')
     ].filter(

@@ -1,12 +1,22 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters with their intervals."""
+"""Parameters with their intervals, in words and pictures."""
 
 import numpy as np
 import pytest
 
+from cdp_ident.model.parameters import groups_of
 from cdp_ident.report.figures.description import Heat, Line
-from cdp_ident.report.figures.parameters import against_nominal, correlation, estimates_against, repeatability
+from cdp_ident.report.parameters import (
+    against_nominal,
+    correlation,
+    determined_words,
+    estimates_against,
+    how_determined,
+    nominal_groups,
+    nominal_value,
+    repeatability,
+)
 
 
 def intervals(panel):
@@ -64,9 +74,40 @@ def test_each_trial_stands_against_the_joint_fit(read_content):
 
 
 def test_many_runs_find_room(read_content):
-    (figure,) = repeatability(read_content)
     estimates = [(f"run {k}", read_content["repeatability"]["trials"][0]["groups"]) for k in range(12)]
     joint = {"a1_over_A22": {"value": 2.7}, "c2_over_A22": {"value": 0.01}}
-    many = estimates_against(estimates, joint, figure, "", "")
+    many = estimates_against(joint, estimates, ("", ""), "", "", "")
     positions = sorted(position for mark in intervals(many.panels[0]) for position in mark.y)
     assert np.min(np.diff(positions)) * many.panels[0].height / 2 > 8  # pixels
+
+
+def test_a_measured_value_stands_in_for_the_nominal_one(read_content):
+    assert nominal_value(read_content, "m0") == 0.208
+    read_content["run"]["options"]["known.m0"] = 0.3
+    assert nominal_value(read_content, "m0") == 0.3
+    assert how_determined(read_content, "m0") == "measured"
+    table_2 = np.array([0.108, 0.108, 0.3, 0.2, 0.2, 0.00133, 0.00133, 0.00705, 0.00305])
+    assert list(nominal_groups(read_content).values()) == pytest.approx(groups_of(table_2, 0.4))
+
+
+def test_an_effect_in_doubt_is_mentioned_with_what_it_would_change(read_content):
+    group = read_content["after"]["groups"]["c2_over_A22"]
+    group.update(value=0.003, std=0.0004)
+    changes = dict.fromkeys(read_content["after"]["groups"], 0.0)
+    read_content["in_doubt"] = [
+        {"effect": "coulomb_friction.outer", "weight": 0.5, "changes": {**changes, "c2_over_A22": -0.001}},
+        {"effect": "gravity_tilt.base", "weight": 0.1, "changes": {**changes, "c2_over_A22": -0.0001}},
+    ]
+    added = determined_words(read_content)[len(read_content["identifiability"]["words"]) :]
+    assert added == [
+        "coulomb friction, outer, is neither shown nor excluded; it would change c2 / A22 by -33 %, and intervals "
+        "allow for that"
+    ]
+
+
+def test_it_is_said_how_a_value_was_come_by(read_content):
+    assert how_determined(read_content, "g") == "given"
+    assert how_determined(read_content, "L") == "yes"
+    assert how_determined(read_content, "m1") == "no: nearest to nominal"
+    read_content["after"]["physical"]["m1"]["determined"] = True
+    assert how_determined(read_content, "m1") == "yes"

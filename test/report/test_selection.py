@@ -1,38 +1,40 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""The errors before and after, of the search, and along the selection of effects."""
+"""Which effects were found and what else was tried, in words and pictures."""
 
 import numpy as np
 import pytest
 
 from cdp_ident.report.figures.description import Bars
-from cdp_ident.report.figures.errors import (
-    before_and_after,
-    best_error,
-    candidates,
-    prediction,
-    residual_correlation,
-    selection,
-)
+from cdp_ident.report.selection import action_words, candidates, effects_words, selection, share_words
 from cdp_ident.report.wording import chance, odds
 
 
-def test_errors_stand_beside_the_noise(read_content):
-    figure = before_and_after(read_content)
-    before, after, noise = figure.panels[0].marks
-    errors = read_content["before"]["error"]
-    assert before.lengths == pytest.approx([1e3 * errors[role]["rmse_rad"] for role in ("holdout", "fit")])
-    assert max(after.lengths) < min(before.lengths) / 10
-    assert noise.x[0] == noise.x[1] == pytest.approx(0.278, rel=0.03)
-    assert f"{before.lengths[0]:.3g} mrad held out" in figure.alternative
+@pytest.mark.parametrize(
+    ("action", "words"),
+    [
+        ("dropped cogging_torque.inner.13 per turn", "dropped cogging torque, inner, 13 per turn"),
+        (
+            "exchanged air_drag.outer.rotation for air_drag.outer.strips",
+            "exchanged air drag, outer, rotation for air drag, outer, strips",
+        ),
+        ("added gravity_tilt.base and encoder_offset.outer", "added gravity tilt, base and encoder offset, outer"),
+        ("added inner zeros of each trial", "added inner zeros of each trial"),
+    ],
+)
+def test_a_step_of_the_selection_is_in_words(action, words):
+    assert action_words({"action": action}) == words
 
 
-def test_the_history_of_a_search_in_full_is_shown(read_content):
-    assert not list(best_error(read_content))
-    read_content["search"] |= {"history": [100.0, 5.0, 0.1], "cut_short": False}
-    (figure,) = best_error(read_content)
-    assert figure.panels[0].y.logarithmic
-    assert np.array_equal(figure.panels[0].marks[0].y, [100.0, 5.0, 0.1])
+@pytest.mark.parametrize(("looked_in", "said"), [(0.0, False), (1.0, True), (23.9, False)])
+def test_it_is_said_where_effects_were_looked_for_in_a_part_only(read_content, looked_in, said):
+    read_content["selection"]["looked_in_s"] = looked_in
+    assert bool(share_words(read_content)) == said
+
+
+def test_effects_that_were_tried_together_are_named_together():
+    assert effects_words(["air_drag.outer", "joint_spring.outer"]) == "air drag, outer and joint spring, outer"
+    assert effects_words([]) == "the same, from elsewhere"
 
 
 @pytest.fixture
@@ -99,38 +101,3 @@ def test_every_effect_that_was_looked_for_has_a_bar_with_its_odds_and_probabilit
     best = read_content["selection"]["candidates"][0]
     assert panel.marks[0].lengths[0] == best["log10_odds"]
     assert panel.marks[0].words[0] == f"{odds(best['log10_odds'])}, {chance(best['probability'])}"
-
-
-def test_the_growth_of_the_error_is_drawn_before_and_after(read_content):
-    (figure,) = prediction(read_content)
-    lines = {line.label: line for line in figure.panels[0].marks}
-    before, after = (line for label, line in lines.items() if "model" in label or "effects" in label)
-    assert after.y == pytest.approx(np.degrees(read_content["prediction"]["after"]["median_rad"]))
-    assert np.median(after.y) < np.median(before.y) / 10
-    assert np.all(lines["5°"].y == 5)
-    assert "within 1° for" in figure.alternative
-
-
-def test_where_a_prediction_diverges_its_curve_ends(read_content):
-    read_content["prediction"]["before"]["median_rad"][-10:] = [np.inf] * 10
-    (figure,) = prediction(read_content)
-    assert np.isnan(figure.panels[0].marks[0].y[-10:]).all()
-
-
-def test_the_correlations_have_their_lags_and_bounds(read_content):
-    figure = residual_correlation(read_content)
-    own, _, crosswise = figure.panels
-    found = read_content["residuals"]
-    assert own.marks[1].x[:3] == pytest.approx([0, 5, 10], rel=0.01)
-    assert crosswise.marks[1].x[len(crosswise.marks[1].x) // 2] == 0
-    assert own.marks[1].y == pytest.approx(found["after"]["theta1"]["values"])
-    assert {abs(float(mark.y[0])) for mark in own.marks[2:]} == {found["after"]["theta1"]["bound"]}
-    assert "after: with the effects found: white" in figure.alternative
-    assert "before: the paper's model, fitted: correlated in time" in figure.alternative
-
-
-def test_the_cart_has_panels_where_it_moves(read_content):
-    for model in ("before", "after"):
-        of = read_content["residuals"][model]
-        of["cart"] = {"theta1": of["crosswise"], "theta2": of["crosswise"]}
-    assert len(residual_correlation(read_content).panels) == 5
