@@ -7,8 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from cdp_ident.design.knowledge import Knowledge
-from cdp_ident.model.weight_settings import STANDARD_PLACE_STD, STANDARD_RELATIVE_STD
-from cdp_ident.model.weights import Weight
+from cdp_ident.model.weights import STANDARD_PLACE_STD, STANDARD_RELATIVE_STD, Weight
 
 Loads = tuple[tuple[Weight, ...], ...]
 """What the rods may carry: each is tried at each start."""

@@ -9,16 +9,14 @@ the cart's acceleration.
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy import optimize
 
+from cdp_ident.arrays import Array
 from cdp_ident.errors import OptionError
 from cdp_ident.model.acting import NO_EFFECTS, ActingEffects
 from cdp_ident.model.effects.effect import Effect
 from cdp_ident.model.motions import accelerations_at, jacobians_at
 from cdp_ident.model.parameters import COEFFICIENTS
-
-Array = npt.NDArray[np.float64]
 
 STATES = {"x": "m", "theta1": "rad", "theta2": "rad", "x'": "m/s", "theta1'": "rad/s", "theta2'": "rad/s"}
 """Name and unit of each state: the cart's position, the rods' absolute angles, and their rates of change."""

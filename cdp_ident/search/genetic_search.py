@@ -6,13 +6,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array
 from cdp_ident.errors import OptionError
 from cdp_ident.search import operators
 from cdp_ident.search.options import GeneticOptions
 
-Array = npt.NDArray[np.float64]
 Objective = Callable[[Array], Array]
 
 _USELESS = 1e100
