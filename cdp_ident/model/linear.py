@@ -6,6 +6,7 @@ The equations of motion about angles at which the rods can rest, in the form x' 
 the cart's acceleration.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -131,20 +132,19 @@ def without_linear_part(coefficients: Array, near: tuple[float, float], effects:
     Errors of encoders and dry friction are such, and drag, which grows with the square of a speed: at rest they change
     neither the accelerations nor their derivatives.
     """
-    return [effect for effect, _ in effects.each() if not _has_linear_part(coefficients, near, effects, effect)]
-
-
-def _has_linear_part(coefficients: Array, near: tuple[float, float], effects: ActingEffects, effect: Effect) -> bool:
-    if not effect.moves or effect.dry or effect.at_an_instant or effect.states:
-        return False
     states = np.array([[*near, 0.0, 0.0]])
 
-    def felt(acting: ActingEffects) -> Array:
+    def felt(wanted: Callable[[Effect], bool]) -> Array:
+        acting = effects.only(wanted)
         rates = accelerations_at(coefficients, states, np.zeros(1), acting)
-        return np.concatenate([rates.ravel(), jacobians_at(coefficients, states, acting).ravel()])
+        return np.append(rates, jacobians_at(coefficients, states, acting))
 
-    change = felt(effects.only(lambda other: other == effect)) - felt(effects.only(lambda other: False))
-    return bool(np.abs(change).max() > _ROUNDING)
+    def has_linear_part(effect: Effect) -> bool:
+        if not effect.moves or effect.dry or effect.at_an_instant or effect.states:
+            return False
+        return bool(np.abs(felt(lambda other: other == effect) - felt(lambda other: False)).max() > _ROUNDING)
+
+    return [effect for effect, _ in effects.each() if not has_linear_part(effect)]
 
 
 def _equilibrium(coefficients: Array, near: tuple[float, float], effects: ActingEffects) -> Array:

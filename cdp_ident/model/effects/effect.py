@@ -115,13 +115,18 @@ class Law:
 
     @cached_property
     def formulas(self) -> dict[str, str]:
-        """All formulas, by what they are."""
+        """Formulas of what it adds, by what that is."""
         named = {
             "torque": self.torque, "torque on theta1": self.torques[0], "torque on theta2": self.torques[1],
             "friction": self.friction, "acceleration of the cart's joint": self.cart, "reading": self.reading,
             "inner reading": self.readings[0], "outer reading": self.readings[1], "lateness": self.lateness,
         }  # fmt: skip
         return {what: text for what, text in named.items() if text}
+
+    @property
+    def texts(self) -> list[str]:
+        """All formulas: of what it adds, of their parts, and of rates."""
+        return [*self.formulas.values(), *dict(self.where).values(), *(state.rate for state in self.states)]
 
 
 @dataclass(frozen=True)
@@ -220,10 +225,8 @@ class Effect:
         """Names in the formulas that are not the law's own."""
         if self.curve is not None:
             return {self.curve.over}
-        states = {state.name for state in self.law.states}
-        own = {p.name for p in self.parameters} | {name for name, _ in self.law.where} | states
-        texts = [*self.law.formulas.values(), *(text for _, text in self.law.where)]
-        return names_used([*texts, *(state.rate for state in self.law.states)]) - own
+        own = {p.name for p in self.parameters} | {state.name for state in self.law.states}
+        return names_used(self.law.texts) - own - dict(self.law.where).keys()
 
     @property
     def states(self) -> int:

@@ -158,11 +158,9 @@ def _effect(name: str, joint: Any, content: Mapping[str, Any], inertia: float, p
         states=tuple(_state(own, given, masses, f"{place}: states: {own}") for own, given in states.items()),
         **formulas,
     )
-    texts = [*law.formulas.values(), *defined.values(), *(state.rate for state in law.states)]
-    if sum(len(re.findall(r"\brate\b", text)) for text in texts) > _MOST_RATES:
+    if sum(len(re.findall(r"\brate\b", text)) for text in law.texts) > _MOST_RATES:
         raise OptionError(f"{place}: more than {_MOST_RATES} rates; each makes the law several times as long")
-    used = names_used(texts)
-    if unused := sorted(units.keys() - used):
+    if unused := sorted(units.keys() - names_used(law.texts)):
         raise OptionError(f"{place}: the parameter {unused[0]} is in no formula")
     description = content.get("description", name.replace("_", " "))
     if not isinstance(description, str) or not 0 < len(description) <= 100:
