@@ -22,7 +22,7 @@ from scipy.linalg import qr
 from benchmarks._tables import Table
 from benchmarks._workers import each
 from cdp_ident.fit.options import IdentifyOptions
-from cdp_ident.model.effects.motors import MOTORS
+from cdp_ident.model.effects.forces import MOTORS
 from cdp_ident.model.parameters import GROUPS, INVERSE_INERTIA, SYMBOLS, groups_of, inertia_about_cart
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.tracing.trace import trace

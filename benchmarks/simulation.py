@@ -20,12 +20,12 @@ from benchmarks._tables import Table, number
 from benchmarks._timing import taking_turns
 from benchmarks._workers import alone
 from cdp_ident.model.acting import NO_EFFECTS, ActingEffects
-from cdp_ident.model.circular import sine_and_cosine
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.formulas.compiled import pushes
 from cdp_ident.model.motions import InitialValueProblem, Motions, motions, simulate
 from cdp_ident.model.parameters import SYMBOLS, coefficients_of, groups_of, physical_coefficients
 from cdp_ident.model.population import Population, Segment
+from cdp_ident.model.rates import sine_and_cosine
 from cdp_ident.model.time_grid import DEFAULT_STEP, TimeGrid
 from reference.pendulum import TABLE_3, TABLE_5, motion
 from scenarios.search_problem import LOWER, UPPER

@@ -13,8 +13,7 @@ from cdp_ident.design.starts import Grid
 from cdp_ident.errors import IdentificationError, OptionError, ReportError
 from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.parameters import GROUPS, INERTIA, INVERSE_INERTIA, SYMBOLS
-from cdp_ident.model.weight_settings import refuse_misplaced, weight_of
-from cdp_ident.model.weights import RODS, Rod, Weight
+from cdp_ident.model.weights import RODS, Rod, Weight, refuse_misplaced, weight_of
 from cdp_ident.report.curves import read_curves
 from cdp_ident.report.document import Row, Table, print_table
 from cdp_ident.report.folder import CURVES, REPORT

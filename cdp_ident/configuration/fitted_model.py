@@ -22,7 +22,7 @@ from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.model.acting import outer_rod_length
 from cdp_ident.model.effects import own
-from cdp_ident.model.effects.naming import COEFFICIENTS, VARIANT, effect_of
+from cdp_ident.model.effects.catalogue import COEFFICIENTS, VARIANT, effect_of
 from cdp_ident.model.parameters import (
     CONSTANTS,
     GROUPS,

@@ -15,8 +15,7 @@ from cdp_ident.configuration.field_documentation import field_documentation, wit
 from cdp_ident.fit.objective import SHORT_IGA
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.model.parameters import CONSTANTS, PARAMETERS
-from cdp_ident.model.weight_settings import ADDED, DESCRIPTIONS
-from cdp_ident.model.weights import RODS
+from cdp_ident.model.weights import ADDED, DESCRIPTIONS, RODS
 from cdp_ident.search.options import METHODS, GeneticOptions
 from cdp_ident.trial.options import TrialOptions
 

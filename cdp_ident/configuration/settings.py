@@ -14,8 +14,7 @@ from cdp_ident.errors import OptionError
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
 from cdp_ident.model.parameters import CONSTANTS, NOMINAL, SYMBOLS
-from cdp_ident.model.weight_settings import ADDED, ADDED_STD, NOTHING, settings_of, weights_of
-from cdp_ident.model.weights import RODS, Rod, Weight
+from cdp_ident.model.weights import ADDED, ADDED_STD, NOTHING, RODS, Rod, Weight, settings_of, weights_of
 from cdp_ident.outside_text import shown
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.user_input import quoted, refuse_unknown

@@ -12,8 +12,7 @@ from cdp_ident.design.discrimination import Alternative
 from cdp_ident.design.knowledge import Knowledge, Uncertainty
 from cdp_ident.design.starts import CandidateTrial, Grid, Survey, information_of, survey
 from cdp_ident.errors import IdentificationError
-from cdp_ident.model.weight_settings import STANDARD_PLACE_STD, STANDARD_RELATIVE_STD
-from cdp_ident.model.weights import Weight
+from cdp_ident.model.weights import STANDARD_PLACE_STD, STANDARD_RELATIVE_STD, Weight
 
 Loads = tuple[tuple[Weight, ...], ...]
 """What the rods may carry: each is tried at each start."""

@@ -15,7 +15,7 @@ from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.prior import FARTHEST
 from cdp_ident.fit.weighted import Layout, Weighted
 from cdp_ident.model.effects.effect import JOINTS, EffectParameter
-from cdp_ident.model.effects.motors import MOTORS
+from cdp_ident.model.effects.forces import MOTORS
 from cdp_ident.model.parameters import GROUPS, INVERSE_INERTIA, time_unit
 from cdp_ident.model.weights import ErrorOf, Weight
 

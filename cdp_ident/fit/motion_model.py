@@ -11,7 +11,7 @@ import numpy.typing as npt
 from cdp_ident.fit.model_unknowns import ModelUnknowns
 from cdp_ident.fit.windows import Window
 from cdp_ident.model.acting import ActingEffects
-from cdp_ident.model.effects.motors import MOTORS
+from cdp_ident.model.effects.forces import MOTORS
 from cdp_ident.model.layout import RODS_STATES
 from cdp_ident.model.motions import Motions, motions_over
 from cdp_ident.model.parameters import COEFFICIENTS, GROUPS, INVERSE_INERTIA, coefficients_of
@@ -113,4 +113,4 @@ class MotionModel(ModelUnknowns):
         place = self.zero_places(trial)
         of_zeros = self.by_zeros @ values[place] if place.start < place.stop else 0.0
         # Both absolute angles contain the inner encoder's.
-        return replace(found, readings=np.cumsum(found.readings + of_zeros, axis=1), by=np.cumsum(found.by, axis=1))
+        return found._replace(readings=np.cumsum(found.readings + of_zeros, axis=1), by=np.cumsum(found.by, axis=1))

@@ -3,19 +3,25 @@
 """How the model's inner loops are compiled, and where the compiled code is kept.
 
 Compiling takes seconds, so the result is kept on disk. By itself numba looks at the place and the time of the file of
-the function it was asked for when it decides whether a kept result is still good, while our loops are made of functions
-from several files. Therefore the folder for the results is named by a checksum of all files that hold what is
-compiled: a change to any of them starts an empty folder, copies of the package share one, and folders unused
-for a month are removed. Where nothing can be kept (a full disk, a home that is read-only or none at all)
+the function it was asked for, and at what that closes over, when it decides whether a kept result is still good, while
+our loops are made of functions from several files. Therefore the folder for the results is named by a checksum of all
+files that hold what is compiled: a change to any of them starts an empty folder, copies of the package share one, and
+folders unused for a month are removed. Where nothing can be kept (a full disk, a home that is read-only or none at all)
 or a kept result is damaged, the code is compiled each time.
+
+Some of it is called by its address, and compiled by itself: laws, of which loops know nothing when they are compiled,
+and the larger parts of loops, which the compiler would otherwise go through again and again with all that calls them.
 """
 
 import contextlib
 import fcntl
+import functools
 import hashlib
 import os
+import pickle
 import re
 import shutil
+import sys
 import tempfile
 import time
 from collections.abc import Callable
@@ -24,12 +30,19 @@ from typing import Any, BinaryIO
 
 # To colour its messages, numba would replace the process's standard streams where colorama is installed.
 os.environ.setdefault("NUMBA_DISABLE_ERROR_MESSAGE_HIGHLIGHTING", "1")
+import llvmlite
+import llvmlite.binding as llvm
 import numba
 import numba.core.config
-from numba.core.caching import CompileResultCacheImpl, FunctionCache
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.core.caching import NullCache
 from numba.core.ccallback import CFunc
+from numba.core.compiler import CompileResult
+from numba.core.serialize import dumps
 from numba.core.sigutils import normalize_signature
-from numba.extending import register_jitable
+from numba.extending import intrinsic, register_jitable
 
 from cdp_ident.whole_file import write_whole
 
@@ -105,128 +118,192 @@ def compiled(function: Compilable) -> Compilable:
     return loop
 
 
-_LAWS: list[Any] = []
-"""Keeps what addresses point to alive."""
-
-
-def compiled_law(function: Compilable, signature: Any) -> Any:
-    """Compile a function of a signature, so that loops call it by its address; it is kept on disk, too."""
-    law = CFunc(function, normalize_signature(signature), {}, dict(_FLOATING_POINT))
-    if _CACHE_FOLDER is None:
-        law.compile()
-        return law
-    law._cache = _Kept(function)
-    try:
-        law.compile()
-    finally:
-        law._cache.unlock()
-    return law
+_ALIVE: list[Any] = []
+"""What has machine code: it lives as long as the process, as somebody may still have the address of a function."""
 
 
 def compiled_at(function: Compilable, signature: Any) -> int:
-    """Return the address of a part of loops that is compiled by itself, and called by it."""
-    _LAWS.append(compiled_law(function, signature))
-    return int(_LAWS[-1].address)
+    """Return the address of a function that is compiled by itself, for loops to call; it is kept on disk, too."""
+    code = CFunc(function, normalize_signature(signature), {}, dict(_FLOATING_POINT))
+    if _CACHE_FOLDER is not None:
+        code._cache = _Kept(function)
+    code.compile()
+    _ALIVE.append(code)
+    return int(code.address)
 
 
-def kept(name: str, make: Callable[[], bytes]) -> bytes:
-    """Return what is kept beside compiled code under a name, made where it is not there yet, damaged or cannot be kept.
+class Addresses:
+    """The functions of a module of LLVM's language, as machine code."""
 
-    In its file a last line follows with the checksum of what is before it.
-    """
-    if _CACHE_FOLDER is None:
-        return make()
-    file = Path(_CACHE_FOLDER) / name
-    with contextlib.suppress(OSError):
-        content, _, checksum = file.read_bytes().rpartition(_BEFORE_CHECKSUM)
-        if checksum.decode("ascii", "replace").strip() == hashlib.sha256(content).hexdigest():
-            return content
-    content = make()
-    with contextlib.suppress(OSError):
-        write_whole({file: content + _BEFORE_CHECKSUM + f"{hashlib.sha256(content).hexdigest()}\n".encode()})
-    return content
+    def __init__(self, stands_for: str, make: Callable[[], ir.Module]) -> None:
+        """Compile a module, or load what was kept of it; a text stands for what is in it, beside our sources."""
+        target = _target()
+        made_for = f"{stands_for}{llvmlite.__version__}{target.triple}{llvm.get_host_cpu_name()}{_features()}"
+        name = f"{hashlib.sha256(made_for.encode()).hexdigest()[:16]}.o"
+        code = kept(name, lambda: _object_code(make()))
+        self._engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), target)
+        self._engine.add_object_file(llvm.ObjectFileRef.from_data(code))
+        self._engine.finalize_object()
+        _ALIVE.append(self._engine)
+
+    def of(self, name: str) -> int:
+        """Return the address of a function."""
+        return int(self._engine.get_function_address(name))
+
+
+@functools.cache
+def _target() -> llvm.TargetMachine:
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    return llvm.Target.from_default_triple().create_target_machine(
+        cpu=llvm.get_host_cpu_name(), features=_features(), opt=3, jit=True
+    )
+
+
+def _features() -> str:
+    return str(llvm.get_host_cpu_features().flatten())
+
+
+def _object_code(module: ir.Module) -> bytes:
+    made = llvm.parse_assembly(str(module))
+    made.verify()
+    if hasattr(llvm, "create_pass_builder"):
+        builder = llvm.create_pass_builder(_target(), llvm.create_pipeline_tuning_options(speed_level=2))
+        builder.getModulePassManager().run(made, builder)
+    else:  # llvmlite of Ubuntu 24.04
+        options = llvm.create_pass_manager_builder()
+        options.opt_level = 2
+        passes = llvm.create_module_pass_manager()
+        options.populate(passes)
+        passes.run(made)
+    return bytes(_target().emit_object(made))
 
 
 _BEFORE_CHECKSUM = b"\n# sha256 "
 
 
+def kept(name: str, make: Callable[[], bytes]) -> bytes:
+    """Return what is kept beside compiled code under a name; where it is not, or cannot be, it is made."""
+    content = _read(name)
+    if content is None:
+        content = make()
+        _write(name, content)
+    return content
+
+
+def _read(name: str) -> bytes | None:
+    """Return what is kept under a name; None where it is not there, or its last line is not the checksum of it."""
+    if _CACHE_FOLDER is not None:
+        with contextlib.suppress(OSError):
+            content, _, checksum = (Path(_CACHE_FOLDER) / name).read_bytes().rpartition(_BEFORE_CHECKSUM)
+            if checksum.decode("ascii", "replace").strip() == hashlib.sha256(content).hexdigest():
+                return content
+    return None
+
+
+def _write(name: str, content: bytes) -> None:
+    if _CACHE_FOLDER is not None:
+        checksum = f"{hashlib.sha256(content).hexdigest()}\n".encode()
+        with contextlib.suppress(OSError):
+            write_whole({Path(_CACHE_FOLDER) / name: content + _BEFORE_CHECKSUM + checksum})
+
+
 def is_to_be_kept(loop: Compilable) -> bool:
     """Return whether a compiled loop's code can be kept on disk, and is not there yet."""
     kept = getattr(loop, "_cache", None)
-    return isinstance(kept, _Kept) and not any(Path(kept.cache_path).glob(f"{kept._impl.filename_base}.*.nbc"))
+    return isinstance(kept, _Kept) and not any(Path(str(_CACHE_FOLDER)).glob(f"{kept.name}-*.nbc"))
 
 
-class _InFolder:
-    """Where numba keeps code: in our folder, whose name stands for the sources wherever they lie.
-
-    Numba's own locators tell places and times of files apart, so that a checkout, its installed copy and one more would
-    each compile the same again.
-    """
-
-    def __init__(self, function: Compilable, file: str):
-        self._py_file = file  # that numba names in warnings
-        self._line = function.__code__.co_firstlineno
-
-    @classmethod
-    def from_function(cls, function: Compilable, file: str) -> "_InFolder":
-        return cls(function, file)
-
-    def get_cache_path(self) -> str:
-        return str(_CACHE_FOLDER)
-
-    def ensure_cache_path(self) -> None:
-        Path(self.get_cache_path()).mkdir(parents=True, exist_ok=True)
-
-    def get_source_stamp(self) -> str:
-        return ""
-
-    def get_disambiguator(self) -> str:
-        return str(self._line)
-
-
-class _Contents(CompileResultCacheImpl):  # type: ignore[misc]  # numba has no types
-    _locator_classes = (_InFolder,)
-
-
-class _Kept(FunctionCache):  # type: ignore[misc]
-    """Compiled code on disk; compiled again where what is kept is damaged, and not kept where the disk is full.
+class _Kept(NullCache):  # type: ignore[misc]  # numba has no types
+    """Where numba keeps a function's code, for each signature: in our folder, which stands for all that it is made of.
 
     Of several processes that lack the same code one compiles it; the others wait and load what it kept.
     """
 
-    _impl_class = _Contents
     _lock: BinaryIO | None = None
 
-    def load_overload(self, *arguments: Any) -> Any:
-        kept = self._loaded(*arguments)
-        if kept is None:
+    def __init__(self, function: Compilable) -> None:
+        self._code = function.__code__
+        self.name = re.sub(r"\W", "_", f"{function.__module__}.{function.__qualname__}")
+
+    def load_overload(self, signature: Any, context: Any) -> Any:
+        context.refresh()
+        found = self._loaded(signature, context)
+        if found is None and _CACHE_FOLDER is not None:
             with contextlib.suppress(OSError):  # no file or no lock can be had: each compiles for itself
-                self._impl.locator.ensure_cache_path()
-                self._lock = (Path(self.cache_path) / f"{self._impl.filename_base}.lock").open("wb")
+                Path(_CACHE_FOLDER).mkdir(parents=True, exist_ok=True)
+                self._lock = (Path(_CACHE_FOLDER) / f"{self.name}.lock").open("wb")
                 fcntl.flock(self._lock, fcntl.LOCK_EX)
-            kept = self._loaded(*arguments)
-            if kept is not None:
-                self.unlock()
-        return kept
+            found = self._loaded(signature, context)
+            if found is not None:
+                self._unlock()
+        return found
 
-    def _index_key(self, signature: Any, codegen: Any) -> Any:
-        # By itself numba adds the pickle of what a function closes over. That is in our sources, too, which the folder
-        # stands for; but its pickle is another one in each program, so that each would compile the same again.
-        return signature, codegen.magic_tuple(), self._py_func.__code__.co_code
+    def save_overload(self, signature: Any, result: Any) -> None:
+        if not result.library.has_dynamic_globals:
+            _write(self._file(signature, result.codegen), dumps(result._reduce()))
+        self._unlock()
 
-    def save_overload(self, *arguments: Any) -> None:
-        with contextlib.suppress(Exception):
-            super().save_overload(*arguments)
-        self.unlock()
+    def _loaded(self, signature: Any, context: Any) -> Any:
+        code = _read(self._file(signature, context.codegen()))
+        return None if code is None else CompileResult._rebuild(context, *pickle.loads(code))
 
-    def _loaded(self, *arguments: Any) -> Any:
-        try:
-            return super().load_overload(*arguments)
-        except Exception:  # noqa: BLE001 - unpickling and loading a damaged file raises anything
-            return None
+    def _file(self, signature: Any, codegen: Any) -> str:
+        made_of = (
+            str(signature), codegen.magic_tuple(), self._code.co_code, self._code.co_firstlineno,
+            numba.__version__, sys.version,
+        )  # fmt: skip
+        return f"{self.name}-{hashlib.sha256(repr(made_of).encode()).hexdigest()[:16]}.nbc"
 
-    def unlock(self) -> None:
+    def _unlock(self) -> None:
         """Let other processes go on, which wait for what this one compiles."""
         if self._lock is not None:
             self._lock.close()
             self._lock = None
+
+
+NUMBERS = types.CPointer(types.float64)
+INDICES = types.CPointer(types.int64)
+OF_LAW = types.void(NUMBERS, NUMBERS, NUMBERS, NUMBERS)
+"""Signature of a compiled law: its inputs, its parameters, the sums of all laws, its rows."""
+
+
+@intrinsic
+def place(typing_context: Any, array: Any, index: Any) -> Any:
+    """Return where in memory an element of a contiguous array is, counted along all its dimensions."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+        return builder.bitcast(builder.gep(data, [arguments[1]]), context.get_value_type(signature.return_type))
+
+    return types.CPointer(array.dtype)(array, index), generate
+
+
+@intrinsic
+def further(typing_context: Any, pointer: Any, index: Any) -> Any:
+    """Return the place so many elements behind another one."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.gep(arguments[0], [arguments[1]])
+
+    return pointer(pointer, index), generate
+
+
+def _called(returned: types.Type) -> Callable[..., Any]:
+    @intrinsic
+    def call(typing_context: Any, address: Any, arguments: Any) -> Any:
+        """Call what is at an address with some arguments, given in a tuple: places, whole numbers and numbers."""
+
+        def generate(context: Any, builder: Any, signature: Any, given: Any) -> Any:
+            values = cgutils.unpack_tuple(builder, given[1])
+            result = ir.VoidType() if returned is types.void else context.get_value_type(returned)
+            called = ir.FunctionType(result, [value.type for value in values]).as_pointer()
+            value = builder.call(builder.inttoptr(given[0], called), values)
+            return context.get_dummy_value() if returned is types.void else value
+
+        return returned(address, arguments), generate
+
+    return call
+
+
+call, call_for_number = _called(types.void), _called(types.float64)

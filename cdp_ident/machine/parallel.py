@@ -38,10 +38,7 @@ def parallel_for(work: Callable[[int, int], None], count: int) -> None:
 
     Which part an item falls into must not matter to its result; then neither does the number of cores.
     """
-    parts = min(core_count(), count)
-    if parts <= 1:
-        work(0, count)
-        return
+    parts = max(1, min(core_count(), count))
     bounds = [count * part // parts for part in range(parts + 1)]
     for _ in _shared_out([functools.partial(work, first, last) for first, last in pairwise(bounds)], takes_part=True):
         pass
@@ -53,9 +50,6 @@ def parallel_map(function: Callable[[Item], Result], items: Sequence[Item]) -> I
     What a call raises is raised in its turn; calls that have not begun are given up. So that a result is there as soon
     as it can be, and the others may be given up for it, this thread only waits for them, unless it is one of the pool.
     """
-    if min(core_count(), len(items)) <= 1:
-        yield from map(function, items)
-        return
     calls = [functools.partial(function, item) for item in items]
     yield from _shared_out(calls, takes_part=getattr(_thread, "is_of_pool", False))
 
@@ -66,6 +60,9 @@ def _shared_out(calls: Sequence[Callable[[], Result]], takes_part: bool) -> Iter
     Calls may share out work themselves: cores that have no call left take part in that of the others. No thread of the
     pool waits for a call that has not begun, so none can wait for another for ever.
     """
+    if min(core_count(), len(calls)) <= 1:
+        yield from (call() for call in calls)
+        return
     futures: list[Future[Result]] = [Future() for _ in calls]
     # Each is in a list of its own, which whoever makes it empties: the pool's queue keeps nothing else of it.
     waiting = [[each] for each in zip(calls, futures, strict=True)]

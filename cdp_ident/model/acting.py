@@ -8,16 +8,13 @@ from functools import cached_property, lru_cache
 from itertools import compress, pairwise
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array, Indices, Mask
 from cdp_ident.model import layout as at
 from cdp_ident.model.effects.effect import JOINTS, Effect
 from cdp_ident.model.formulas.compiled import motion_law, reading_law
 from cdp_ident.model.formulas.language import COEFFICIENTS, MOTION_ROWS, PARAMETERS, READING_ROWS
 from cdp_ident.model.layout import Laws
-
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
 
 _PLACES = (*JOINTS, "base")
 _ALL_COEFFICIENTS = tuple(range(len(COEFFICIENTS)))
@@ -99,14 +96,11 @@ class ActingEffects:
         kept = [(effect, values) for effect, values in self.each() if wanted(effect)]
         return ActingEffects.of(kept, self.outer_length, self.carried).without_directions()
 
-    def with_directions(self, wanted: npt.NDArray[np.bool_]) -> "ActingEffects":
+    def with_directions(self, wanted: Mask) -> "ActingEffects":
         """Return the same, with derivatives by those of its coefficients and parameters (k,) that are wanted."""
         count = len(self.coefficients)
-        coefficients, parameters = (
-            compress(self.coefficients, wanted[:count]),
-            compress(self.parameters, wanted[count:]),
-        )
-        return replace(self, coefficients=tuple(coefficients), parameters=tuple(parameters))
+        coefficients = tuple(compress(self.coefficients, wanted[:count]))
+        return replace(self, coefficients=coefficients, parameters=tuple(compress(self.parameters, wanted[count:])))
 
     def without_directions(self) -> "ActingEffects":
         """Return the same, of which no derivatives but those by the initial state are wanted."""
@@ -133,8 +127,11 @@ def _laid_out(effects: tuple[Effect, ...], coefficients: tuple[int, ...], parame
         at.READS_AT: rows_at + MOTION_ROWS * widths,
         at.OWN_AT: at.RODS_STATES + _begins(owns),
         at.OWNS: owns,
-        at.RESOLVES: [-1 if place is None else place for place in map(_resolved, effects)],
-        at.TURNS: [effect.dry or effect.uses_direction or _has_limits(effect) for effect in effects],
+        at.RESOLVES: [next((k for k, p in enumerate(effect.parameters) if p.resolves), -1) for effect in effects],
+        at.TURNS: [
+            effect.dry or effect.uses_direction or any(np.isfinite(state.limit) for state in effect.law.states)
+            for effect in effects
+        ],
     }
     table = np.zeros((len(effects), at.LAW_COLUMNS), dtype=np.int64)
     for column, of_laws in columns.items():
@@ -148,25 +145,14 @@ def _begins(lengths: Sequence[int] | Indices) -> Indices:
 
 
 def _kind(effect: Effect) -> int:
-    resolved = _resolved(effect)
-    within_angle = resolved is not None and effect.parameters[resolved].resolves == "angle"
     return (
         at.FRICTION_KIND * effect.dry
         + at.CART_KIND * bool(effect.law.cart)
         + at.ACCELERATED * effect.uses_accelerations
-        + at.WITHIN_ANGLE * within_angle
+        + at.WITHIN_ANGLE * any(p.resolves == "angle" for p in effect.parameters)
         + at.LATE * bool(effect.law.lateness)
         + at.SHOWN * bool(effect.law.reading or any(effect.law.readings))
     )
-
-
-def _resolved(effect: Effect) -> int | None:
-    """Return which parameter is a speed or angle within which the law changes."""
-    return next((k for k, parameter in enumerate(effect.parameters) if parameter.resolves), None)
-
-
-def _has_limits(effect: Effect) -> bool:
-    return any(np.isfinite(state.limit) for state in effect.law.states)
 
 
 NO_EFFECTS = ActingEffects()

@@ -10,17 +10,20 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from numba import carray
 
-from cdp_ident.machine.calls import further
-from cdp_ident.machine.compilation import inlined_with_arrays
+from cdp_ident.arrays import Array, Indices
+from cdp_ident.machine.compilation import further, inlined_with_arrays
 from cdp_ident.model.formulas.language import COEFFICIENTS, INPUTS, MOTION_ROWS, PARAMETERS, READING_ROWS, STATE
 
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
-
 RODS_STATES = len(STATE)
+ALPHA1, ALPHA2, U, OWN, COEFFICIENT, T, DIRECTION, ROD_LENGTH, SINES, DRIVES_NOW = map(
+    INPUTS.index,
+    ("alpha1", "alpha2", "u", "own0", "A23", "t", "direction_inner", "outer_length", "sin1", "drive_inner"),
+)
+"""Where these stand among the inputs of laws, each followed by what is of its kind, as in `INPUTS`."""
+BY_ALPHA1, BY_ALPHA2, BY_U, BY_OWN, BY_COEFFICIENT = (1 + place for place in (ALPHA1, ALPHA2, U, OWN, COEFFICIENT))
+"""Columns of what laws return with the derivatives by these, the coefficients and the law's parameters being last."""
 VECTOR = 8
 """So many directions of derivatives are carried together, in the widest vector registers."""
 ROOM = 296

@@ -6,19 +6,18 @@ The equations of motion about angles at which the rods can rest, in the form x' 
 the cart's acceleration.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy import optimize
 
+from cdp_ident.arrays import Array
 from cdp_ident.errors import OptionError
 from cdp_ident.model.acting import NO_EFFECTS, ActingEffects
 from cdp_ident.model.effects.effect import Effect
 from cdp_ident.model.motions import accelerations_at, jacobians_at
 from cdp_ident.model.parameters import COEFFICIENTS
-
-Array = npt.NDArray[np.float64]
 
 STATES = {"x": "m", "theta1": "rad", "theta2": "rad", "x'": "m/s", "theta1'": "rad/s", "theta2'": "rad/s"}
 """Name and unit of each state: the cart's position, the rods' absolute angles, and their rates of change."""
@@ -133,20 +132,19 @@ def without_linear_part(coefficients: Array, near: tuple[float, float], effects:
     Errors of encoders and dry friction are such, and drag, which grows with the square of a speed: at rest they change
     neither the accelerations nor their derivatives.
     """
-    return [effect for effect, _ in effects.each() if not _has_linear_part(coefficients, near, effects, effect)]
-
-
-def _has_linear_part(coefficients: Array, near: tuple[float, float], effects: ActingEffects, effect: Effect) -> bool:
-    if not effect.moves or effect.dry or effect.at_an_instant or effect.states:
-        return False
     states = np.array([[*near, 0.0, 0.0]])
 
-    def felt(acting: ActingEffects) -> Array:
+    def felt(wanted: Callable[[Effect], bool]) -> Array:
+        acting = effects.only(wanted)
         rates = accelerations_at(coefficients, states, np.zeros(1), acting)
-        return np.concatenate([rates.ravel(), jacobians_at(coefficients, states, acting).ravel()])
+        return np.append(rates, jacobians_at(coefficients, states, acting))
 
-    change = felt(effects.only(lambda other: other == effect)) - felt(effects.only(lambda other: False))
-    return bool(np.abs(change).max() > _ROUNDING)
+    def has_linear_part(effect: Effect) -> bool:
+        if not effect.moves or effect.dry or effect.at_an_instant or effect.states:
+            return False
+        return bool(np.abs(felt(lambda other: other == effect) - felt(lambda other: False)).max() > _ROUNDING)
+
+    return [effect for effect, _ in effects.each() if not has_linear_part(effect)]
 
 
 def _equilibrium(coefficients: Array, near: tuple[float, float], effects: ActingEffects) -> Array:

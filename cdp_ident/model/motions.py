@@ -4,27 +4,17 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array, Indices
 from cdp_ident.errors import OptionError
 from cdp_ident.model import layout as at
 from cdp_ident.model.acting import NO_EFFECTS, ActingEffects
 from cdp_ident.model.layout import DIRECTIONS, RODS_STATES, plan_and_room
-from cdp_ident.model.steps import (
-    Results,
-    Times,
-    addresses,
-    compute,
-    fill_each_jacobian,
-    fill_each_rate,
-    fill_each_reading,
-)
+from cdp_ident.model.steps import Times, addresses, compute, fill_each_rate, fill_each_reading
 from cdp_ident.model.time_grid import DEFAULT_STEP, TimeGrid
-
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -37,8 +27,8 @@ class InitialValueProblem:
     """(states,) state at the grid's time 0; what is left out at its end is zero."""
     grid: TimeGrid
     """The integrator's steps and the measurement times."""
-    u: Array
-    """(2 steps + 1,) the cart's acceleration at the half steps [m/s^2]."""
+    u: Array | None = None
+    """(2 steps + 1,) the cart's acceleration at the half steps [m/s^2]; None for a cart at rest."""
     effects: ActingEffects = NO_EFFECTS
     begin: float = 0.0
     """Time in the trial at the grid's time 0 [s], for effects that happen at an instant."""
@@ -46,20 +36,19 @@ class InitialValueProblem:
     """(2 steps + 1, 2) the motors' torques in both joints at the half steps [N m]; None where there are none."""
 
 
-@dataclass(frozen=True)
-class Motions:
-    """What is computed of several motions with the same effects, their samples end to end."""
+class Motions(NamedTuple):
+    """What is computed of some motions with the same effects, end to end; not a number where it cannot be."""
 
     states: Array
-    """(samples, states) theta1, theta2 [rad], omega1, omega2 [rad/s] and those that effects bring, where asked for."""
+    """(samples, n) theta1, theta2 [rad], omega1, omega2 [rad/s] and those that effects bring; (0, n) if not wanted."""
     readings: Array
-    """(samples, 2) what the encoders of the inner and the outer joint show [rad], where asked for."""
+    """(samples, 2) what the encoders of the inner and the outer joint show [rad]; (0, 2) if not wanted."""
     by: Array
-    """(samples, 2 or states, directions) derivatives of these or of those."""
+    """(samples, 2 or n, d) derivatives of these or of those."""
     ends: Array
-    """(motions, states) states at the ends of the last steps."""
+    """(motions, n) states at the ends of the last steps."""
     ends_by: Array
-    """(motions, states, directions) their derivatives."""
+    """(motions, n, d) their derivatives."""
     bounds: Indices
     """(motions + 1,) where the samples of each begin, and the last one's end."""
 
@@ -68,18 +57,11 @@ def motions(problems: Sequence[InitialValueProblem], derive: bool = False, shown
     """Compute motions with the same effects, whose parameters may differ.
 
     Numbers are not numbers from where a rod turns by more than half a turn within a step, as it does from a senseless
-    initial state. Directions of derivatives are the numbers of the initial state, then the coefficients and parameters
-    that the effects name.
-
-    Args:
-        problems: what gives them.
-        derive: whether derivatives are wanted.
-        shown: whether readings of the encoders are, or else the states.
+    initial state. Directions of derivatives, if these are wanted, are the numbers of the initial state, then the
+    coefficients and parameters that the effects name. It is `shown` what encoders read, or else there are the states.
     """
     effects = problems[0].effects
-    starts = np.zeros((len(problems), effects.states))
-    for row, problem in zip(starts, problems, strict=True):
-        row[: len(problem.start[: len(row)])] = problem.start[: len(row)]
+    starts = np.array([np.append(p.start, np.zeros(effects.states))[: effects.states] for p in problems])
     given = np.array([_given(problem.coefficients, problem.effects) for problem in problems])
     return _computed(effects, given, starts, _times(problems), derive, shown)
 
@@ -87,15 +69,7 @@ def motions(problems: Sequence[InitialValueProblem], derive: bool = False, shown
 def motions_over(
     times: Times, coefficients: Array, starts: Array, effects: ActingEffects, derive: bool = True
 ) -> Motions:
-    """Return what encoders show of motions of one pendulum, by default with derivatives; see `motions`.
-
-    Args:
-        times: when they are computed and read, and what moves the cart and the joints.
-        coefficients: (7,) `COEFFICIENTS` of the pendulum.
-        starts: (motions, states) states at the beginnings.
-        effects: that act.
-        derive: whether derivatives are wanted.
-    """
+    """Return what encoders show of motions of one pendulum from states (motions, states); see `motions`."""
     given = np.tile(_given(coefficients, effects), (len(starts), 1))
     return _computed(effects, given, starts, times, derive, shown=True)
 
@@ -105,15 +79,14 @@ def _computed(effects: ActingEffects, given: Array, starts: Array, times: Times,
     samples, count = len(times.place), len(starts)
     plan, room = plan_and_room(effects.laws(given[:, at.VALUES :]), d, addresses(n))
     carried = int(plan[DIRECTIONS])
-    results = Results(
-        np.empty((0 if shown else samples, n)), np.empty((samples if shown else 0, 2)),
+    found = Motions(
+        np.full((0 if shown else samples, n), np.nan), np.full((samples if shown else 0, 2), np.nan),
         np.empty((samples, 2 if shown else n, carried)), np.empty((count, n)), np.empty((count, n, carried)),
+        times.samples_at,
     )  # fmt: skip
-    compute(plan, given, starts, times, room, results)
-    states, readings, by, ends, ends_by = results
-    found = Motions(states, readings, by[..., :d], ends, ends_by[..., :d], times.samples_at)
-    _mark_uncomputed(found, readings if shown else states)
-    return found
+    compute(plan, given, starts, times, room, found)
+    _mark_uncomputed(found, found.readings if shown else found.states)
+    return found._replace(by=found.by[..., :d], ends_by=found.ends_by[..., :d])
 
 
 def _given(coefficients: Array, effects: ActingEffects) -> Array:
@@ -122,17 +95,13 @@ def _given(coefficients: Array, effects: ActingEffects) -> Array:
 
 def _times(problems: Sequence[InitialValueProblem]) -> Times:
     grids = [problem.grid for problem in problems]
-
-    def begins(lengths: list[int]) -> Indices:
-        return np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)
-
     return Times(
         np.array([problem.begin for problem in problems], dtype=float),
         np.array([grid.step for grid in grids]),
-        begins([grid.steps for grid in grids]),
-        begins([len(grid.place) for grid in grids]),
+        np.cumsum([0, *(grid.steps for grid in grids)], dtype=np.int64),
+        np.cumsum([0, *(len(grid.place) for grid in grids)], dtype=np.int64),
         np.concatenate([grid.place for grid in grids]),
-        np.concatenate([problem.u for problem in problems]),
+        np.concatenate([np.zeros(2 * p.grid.steps + 1) if p.u is None else p.u for p in problems]),
         np.concatenate([np.zeros((0, 2)) if problem.drive is None else problem.drive for problem in problems]),
     )
 
@@ -153,26 +122,13 @@ def _mark_uncomputed(found: Motions, samples: Array) -> None:
 def accelerations_at(
     coefficients: Array, states: Array, u: Array, effects: ActingEffects = NO_EFFECTS, times: Array | None = None
 ) -> Array:
-    """Return the angular accelerations (n, 2) [rad/s^2] in given states.
+    """Return the angular accelerations (n, 2) [rad/s^2] in states (n, states), those that effects bring being optional.
 
-    Args:
-        coefficients: (7,) `COEFFICIENTS` of the pendulum.
-        states: (n, states) theta1, theta2 [rad], omega1, omega2 [rad/s] and those that effects bring; where these are
-            left out, they are zero.
-        u: (n,) the cart's acceleration [m/s^2].
-        effects: that act.
-        times: (n,) times in the trial [s], for effects that happen at an instant.
+    The cart's accelerations u (n,) are in m/s^2, and the times in the trial (n,), for effects that happen at an
+    instant, in s.
     """
-    whole = np.zeros((len(states), effects.states))
-    whole[:, : states.shape[1]] = states[:, : effects.states]
-    (plan, room), rates = (
-        plan_and_room(effects.laws(effects.values[None]), 0, addresses(effects.states)),
-        np.empty((len(states), effects.states)),
-    )
-    fill_each_rate(
-        plan, _given(coefficients, effects), room, whole, np.zeros(len(states)) if times is None else times, u, rates
-    )
-    return rates[:, 2:RODS_STATES]
+    times = np.zeros(len(states)) if times is None else times
+    return _rates(coefficients, states, times, u, effects, np.empty((0, 2, 0)))[:, 2:RODS_STATES]
 
 
 def jacobians_at(coefficients: Array, states: Array, effects: ActingEffects = NO_EFFECTS) -> Array:
@@ -180,11 +136,18 @@ def jacobians_at(coefficients: Array, states: Array, effects: ActingEffects = NO
 
     Joints are taken to slip forwards.
     """
-    n = effects.states
-    plan, room = plan_and_room(effects.without_directions().laws(effects.values[None]), n, addresses(n))
-    jacobians = np.empty((len(states), 2, n))
-    fill_each_jacobian(plan, _given(coefficients, effects), room, np.ascontiguousarray(states, dtype=float), jacobians)
+    jacobians, still = np.empty((len(states), 2, effects.states)), np.zeros(len(states))
+    _rates(coefficients, states, still, still, effects.without_directions(), jacobians)
     return jacobians
+
+
+def _rates(coefficients: Array, states: Array, times: Array, u: Array, effects: ActingEffects, by: Array) -> Array:
+    n = effects.states
+    whole, rates = np.zeros((len(states), n)), np.empty((len(states), n))
+    whole[:, : states.shape[1]] = states[:, :n]
+    plan, room = plan_and_room(effects.laws(effects.values[None]), n if len(by) else 0, addresses(n))
+    fill_each_rate(plan, _given(coefficients, effects), room, whole, times, u, rates, by)
+    return rates
 
 
 def readings_of(
@@ -240,8 +203,8 @@ def simulate(
     ):
         raise OptionError("a simulation needs 7 finite coefficients and a start of 4 finite numbers")
     halves = 2 * grid.steps + 1
-    u = np.zeros(halves) if cart_acceleration is None else np.ascontiguousarray(cart_acceleration, dtype=float)
-    if u.shape != (halves,):
+    u = None if cart_acceleration is None else np.ascontiguousarray(cart_acceleration, dtype=float)
+    if u is not None and u.shape != (halves,):
         raise OptionError(f"the cart's acceleration must be given at the {halves} half steps, not {u.shape}")
     problem = InitialValueProblem(coefficients, start, grid, u, effects, begin)
     return motions([problem], shown=False).states

@@ -11,11 +11,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array
 from cdp_ident.errors import OptionError
-
-Array = npt.NDArray[np.float64]
 
 
 def time_unit(length: float, gravity: float) -> float:

@@ -10,17 +10,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array
 from cdp_ident.errors import OptionError
 from cdp_ident.machine.compilation import compiled, inlined
 from cdp_ident.machine.parallel import parallel_for
-from cdp_ident.model.circular import sine_and_cosine
 from cdp_ident.model.formulas.compiled import pushes
-from cdp_ident.model.rates import copy
+from cdp_ident.model.rates import copy, sine_and_cosine
 from cdp_ident.model.time_grid import DEFAULT_STEP, TimeGrid
-
-Array = npt.NDArray[np.float64]
 
 _LANES = 16
 """Members moved together: two of the widest vector registers, so that one waits while the other computes.
@@ -45,11 +42,7 @@ class Segment:
     """(n, 2) torques of motors in both joints at the samples [N m], or None for joints that are free."""
 
     def __post_init__(self) -> None:
-        """Refuse parts that do not fit together, which compiled code would not notice.
-
-        Raises:
-            OptionError: names the shapes.
-        """
+        """Refuse parts that do not fit together, which compiled code would not notice."""
         samples = len(self.time)
         u = (samples,) if self.cart_acceleration is None else self.cart_acceleration.shape
         torques = (samples, 2) if self.torques is None else self.torques.shape
@@ -67,26 +60,24 @@ class Population:
 
     def __init__(self, segments: Sequence[Segment], step: float = DEFAULT_STEP):
         """Lay out the segments for the compiled loop; `step` is the integrator's [s]."""
+        grids = [TimeGrid.over(segment.time, step) for segment in segments]
         self._segments = [
             (
                 np.ascontiguousarray(segment.start, dtype=float),
-                grid,
-                np.ascontiguousarray(segment.theta, dtype=float),
                 inputs_at_half_steps(segment, grid),
+                grid.step,
+                grid.first_sample,
+                grid.weights,
+                np.ascontiguousarray(segment.theta, dtype=float),
             )
-            for segment in segments
-            for grid in [TimeGrid.over(segment.time, step)]
+            for segment, grid in zip(segments, grids, strict=True)
         ]
 
     def squared_errors(self, coefficients: Array, inertia: Array | float = np.inf) -> Array:
-        """Return each pendulum's squared error in each segment, (members, segments) [rad^2].
+        """Return the sum of Eq. (10) over each segment for each pendulum, (members, segments) [rad^2].
 
-        Args:
-            coefficients: (members, 7) `COEFFICIENTS` of each pendulum.
-            inertia: (members,) A22 of each [kg m^2], which matters where motors act.
-
-        Returns:
-            The sum of Eq. (10) over one segment; infinite where the motion of a member could not be computed.
+        It is infinite where the motion of a member could not be computed. Given are the `COEFFICIENTS` (members, 7),
+        and the inertias A22 (members,) [kg m^2], which matter where motors act.
         """
         members = len(coefficients)
         coefficients = np.column_stack([coefficients, np.broadcast_to(1.0 / np.asarray(inertia), members)])
@@ -99,17 +90,7 @@ class Population:
         def work(first: int, last: int) -> None:
             for item in range(first, last):
                 block, segment = divmod(item, len(self._segments))
-                start, grid, theta, inputs = self._segments[segment]
-                _squared_errors(
-                    lanes[block],
-                    start,
-                    inputs,
-                    grid.step,
-                    grid.first_sample,
-                    grid.weights,
-                    theta,
-                    errors[block, segment],
-                )
+                _squared_errors(lanes[block], *self._segments[segment], errors[block, segment])
 
         parallel_for(work, blocks * len(self._segments))
         by_member = errors.transpose(0, 2, 1).reshape(blocks * _LANES, -1)[:members]

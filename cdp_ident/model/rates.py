@@ -11,42 +11,23 @@ torque that keeps the joint's speed constant (at zero), which follows from the e
 inner joint and (-1, 1) for the outer one.
 """
 
-from numba import float64, int64, void
+import math
 
-from cdp_ident.machine.calls import INDICES, NUMBERS, call, further, place
-from cdp_ident.machine.compilation import inlined, part
+import numpy as np
+
+from cdp_ident.machine.compilation import call, further, inlined, part, place
 from cdp_ident.model import layout as at
-from cdp_ident.model.circular import sine_and_cosine
 from cdp_ident.model.formulas.compiled import pushes, slopes_of_paper
-from cdp_ident.model.formulas.language import (
-    ACCELERATIONS,
-    CART,
-    COEFFICIENTS,
-    FRICTION,
-    INPUTS,
-    OWN,
-    PARAMETERS,
-    RATES,
-    STATE,
-    TORQUE1,
-    TORQUE2,
-    VALUE,
-    VARIABLES,
-)
+from cdp_ident.model.formulas.language import CART, FRICTION, PARAMETERS, RATES, TORQUE1, TORQUE2, VALUE
 from cdp_ident.model.layout import unfolded
 
 STICKS = 0
 """The mode of a joint that stands still."""
 
-_COEFFICIENTS, _CART = len(COEFFICIENTS), 2 * PARAMETERS
-_ALPHA1, _U, _OWN, _FIRST = (INPUTS.index(name) for name in (ACCELERATIONS[0], "u", OWN[0], COEFFICIENTS[0]))
-_T, _DIRECTIONS, _OUTER_LENGTH, _SINES, _DRIVES = (
-    INPUTS.index(name) for name in ("t", "direction_inner", "outer_length", "sin1", "drive_inner")
-)
-_BY_ALPHA1, _BY_ALPHA2, _BY_U, _BY_OWN, _BY_FIRST = (
-    1 + VARIABLES.index(name) for name in (*ACCELERATIONS, OWN[0], COEFFICIENTS[0])
-)
-assert VARIABLES[: len(STATE)] == STATE
+_CART = 2 * PARAMETERS
+_TURN_HIGH = 2.0 * math.pi
+_TURN_LOW = 2.4492935982947064e-16
+"""2 pi = _TURN_HIGH + _TURN_LOW to twice the precision of a double."""
 
 
 @inlined
@@ -54,6 +35,30 @@ def copy(source, target):
     """Copy numbers; numba's assignment of slices would bring its formatting of error messages, seconds to compile."""
     for i in range(len(target)):
         target[i] = source[i]
+
+
+@inlined
+def sine_and_cosine(angle):
+    """Return sine and cosine of an angle [rad], to 1e-14 within a turn, without a branch or a call.
+
+    The angle is brought into one turn about zero, a quarter of it goes into the Taylor series, and two doublings
+    bring it back.
+    """
+    turns = np.floor(angle * (1.0 / _TURN_HIGH) + 0.5)
+    quarter = ((angle - turns * _TURN_HIGH) - turns * _TURN_LOW) * 0.25
+    # Neighbouring terms first (Estrin's scheme): they need not wait for each other.
+    q = quarter * quarter
+    q2 = q * q
+    q4 = q2 * q2
+    sine = quarter * (
+        ((1.0 - q * (1.0 / 6)) + q2 * (1.0 / 120 - q * (1.0 / 5040)))
+        + q4 * ((1.0 / 362880 - q * (1.0 / 39916800)) + q2 * (1.0 / 6227020800.0 - q * (1.0 / 1307674368000.0)))
+    )
+    cosine = ((1.0 - q * (1.0 / 2)) + q2 * (1.0 / 24 - q * (1.0 / 720))) + q4 * (
+        (1.0 / 40320 - q * (1.0 / 3628800)) + q2 * (1.0 / 479001600 - q * (1.0 / 87178291200.0))
+    )
+    half_sine, half_cosine = 2.0 * sine * cosine, 1.0 - 2.0 * sine * sine
+    return 2.0 * half_sine * half_cosine, 1.0 - 2.0 * half_sine * half_sine
 
 
 @inlined
@@ -87,68 +92,57 @@ def fill_inputs(motion, work, state, t):
     z = work.z
     for k in range(at.RODS_STATES):
         z[k] = state[k]
-    z[_T] = t
+    z[at.T] = t
     for joint in range(2):
-        z[_DIRECTIONS + joint] = float(work.modes[at.MODE, joint])
-        z[_SINES + 2 * joint], z[_SINES + 2 * joint + 1] = sine_and_cosine(state[joint])
-    for k in range(_COEFFICIENTS):
-        z[_FIRST + k] = motion[k]
-    z[_OUTER_LENGTH], z[_OUTER_LENGTH + 1] = motion[at.OUTER_LENGTH], motion[at.CARRIED]
+        z[at.DIRECTION + joint] = float(work.modes[at.MODE, joint])
+        z[at.SINES + 2 * joint], z[at.SINES + 2 * joint + 1] = sine_and_cosine(state[joint])
+    for k in range(at.OUTER_LENGTH):
+        z[at.COEFFICIENT + k] = motion[k]
+    z[at.ROD_LENGTH], z[at.ROD_LENGTH + 1] = motion[at.OUTER_LENGTH], motion[at.CARRIED]
     per_step = work.numbers[at.PER_STEP]
     if per_step > 0.0:
         s = (t - work.numbers[at.STEP_BEGIN]) * per_step
         for joint in range(2):
-            begin = work.numbers[at.DRIVES + 3 * joint]
-            middle, end = (
-                work.numbers[at.DRIVES + 3 * joint + 1] - begin,
-                work.numbers[at.DRIVES + 3 * joint + 2] - begin,
-            )
-            z[_DRIVES + joint] = begin + s * (4.0 * middle - end + 2.0 * s * (end - 2.0 * middle))
-            z[_DRIVES + 2 + joint] = (4.0 * middle - end + 4.0 * s * (end - 2.0 * middle)) * per_step
-            z[_DRIVES + 4 + joint] = 4.0 * (end - 2.0 * middle) * per_step * per_step
+            first = at.DRIVES + 3 * joint
+            begin = work.numbers[first]
+            middle, end = work.numbers[first + 1] - begin, work.numbers[first + 2] - begin
+            z[at.DRIVES_NOW + joint] = begin + s * (4.0 * middle - end + 2.0 * s * (end - 2.0 * middle))
+            z[at.DRIVES_NOW + 2 + joint] = (4.0 * middle - end + 4.0 * s * (end - 2.0 * middle)) * per_step
+            z[at.DRIVES_NOW + 4 + joint] = 4.0 * (end - 2.0 * middle) * per_step * per_step
 
 
 @inlined
 def call_law(laws, motion, work, law, state, code, rows):
     """Call a law's code, given its own states; in which columns of the table code and rows are, says which."""
     for k in range(laws.table[law, at.OWNS]):
-        work.z[_OWN + k] = state[laws.table[law, at.OWN_AT] + k]
+        work.z[at.OWN + k] = state[laws.table[law, at.OWN_AT] + k]
     values = further(motion, at.VALUES + laws.table[law, at.VALUES_AT])
     rows = place(work.rows, laws.table[law, rows])
     call(laws.table[law, code], (place(work.z, 0), values, place(work.sums, 0), rows))
 
 
 def fill_rates(plan, motion, room, state_row, t, u, row, derive):
-    """Fill in a row of the rates of a state and, on request, of their derivatives.
+    """Fill in a row of the rates of a row of the states and, where asked to `derive`, of the jacobians.
 
-    Args:
-        plan: memory with the laws and the modes, which say where joints slip and stick, and which states are held.
-        motion: what gives it.
-        room: memory to work in.
-        state_row: row of the states.
-        t: time in the trial [s].
-        u: the cart's acceleration [m/s^2].
-        row: of the rates, and of the jacobian.
-        derive: whether derivatives are wanted.
+    The time in the trial is t [s], and the cart's acceleration u [m/s^2]. The modes say where joints slip and stick,
+    and which states are held.
     """
     laws, work = unfolded(plan, room)
     z, sums, states = work.z, work.sums[0], work.states
     state = states[state_row]
     fill_inputs(motion, work, state, t)
-    sin1, cos1, sin2, cos2 = z[_SINES], z[_SINES + 1], z[_SINES + 2], z[_SINES + 3]
-    A23, A33, a1, c1, c2, L, g = (
-        z[_FIRST], z[_FIRST + 1], z[_FIRST + 2], z[_FIRST + 3], z[_FIRST + 4], z[_FIRST + 5], z[_FIRST + 6]
-    )  # fmt: skip
+    sin1, cos1, sin2, cos2 = z[at.SINES], z[at.SINES + 1], z[at.SINES + 2], z[at.SINES + 3]
+    A23, A33, a1, c1, c2, L, g = motion[0], motion[1], motion[2], motion[3], motion[4], motion[5], motion[6]
     n1, n2, m = pushes(sin1, cos1, sin2, cos2, state[2], state[3], u, A23, A33, a1, c1, c2, L, g)
     i11, i12, i21, i22 = 1.0, m, m, A33
     p1, p2 = -a1 * cos1, -A23 / L * cos2
     kinds, cart, cart1, cart2, cart_u = 0, 0.0, 0.0, 0.0, 0.0
     if len(laws.table) > 0:
-        z[_ALPHA1], z[_ALPHA1 + 1], z[_U] = 0.0, 0.0, 0.0
+        z[at.ALPHA1], z[at.ALPHA1 + 1], z[at.U] = 0.0, 0.0, 0.0
         kinds = _call_laws(laws, motion, work, state)
-        by_u1, by_u2 = sums[_BY_U], sums[PARAMETERS + _BY_U]
-        i11, i12 = i11 - sums[_BY_ALPHA1], i12 - sums[_BY_ALPHA2]
-        i21, i22 = i21 - sums[PARAMETERS + _BY_ALPHA1], i22 - sums[PARAMETERS + _BY_ALPHA2]
+        by_u1, by_u2 = sums[at.BY_U], sums[PARAMETERS + at.BY_U]
+        i11, i12 = i11 - sums[at.BY_ALPHA1], i12 - sums[at.BY_ALPHA2]
+        i21, i22 = i21 - sums[PARAMETERS + at.BY_ALPHA1], i22 - sums[PARAMETERS + at.BY_ALPHA2]
         p1, p2 = p1 + by_u1, p2 + by_u2
         n1, n2 = n1 + sums[VALUE] + by_u1 * u, n2 + sums[PARAMETERS + VALUE] + by_u2 * u
     inner_sticks, outer_sticks = work.modes[at.MODE, 0] == STICKS, work.modes[at.MODE, 1] == STICKS
@@ -156,8 +150,8 @@ def fill_rates(plan, motion, room, state_row, t, u, row, derive):
     alpha1, alpha2, whole, per_reduced = r11 * n1 + r12 * n2, r21 * n1 + r22 * n2, u, 1.0
     push1, push2 = r11 * p1 + r12 * p2, r21 * p1 + r22 * p2
     if kinds & at.CART_KIND:
-        cart, cart_u = sums[_CART + VALUE], sums[_CART + _BY_U]
-        cart1, cart2 = sums[_CART + _BY_ALPHA1], sums[_CART + _BY_ALPHA2]
+        cart, cart_u = sums[_CART + VALUE], sums[_CART + at.BY_U]
+        cart1, cart2 = sums[_CART + at.BY_ALPHA1], sums[_CART + at.BY_ALPHA2]
         per_reduced = 1.0 / (1.0 - cart1 * push1 - cart2 * push2 - cart_u)
         ahead = (cart + cart1 * alpha1 + cart2 * alpha2 + cart_u * u) * per_reduced
         alpha1, alpha2, whole = alpha1 + push1 * ahead, alpha2 + push2 * ahead, u + ahead
@@ -173,7 +167,7 @@ def fill_rates(plan, motion, room, state_row, t, u, row, derive):
         alpha2 = alpha1 if outer_sticks else alpha2
     states[at.RATES_AT + row, 0], states[at.RATES_AT + row, 1] = state[2], state[3]
     states[at.RATES_AT + row, 2], states[at.RATES_AT + row, 3] = alpha1, alpha2
-    z[_ALPHA1], z[_ALPHA1 + 1], z[_U] = alpha1, alpha2, whole
+    z[at.ALPHA1], z[at.ALPHA1 + 1], z[at.U] = alpha1, alpha2, whole
     if kinds & at.ACCELERATED:
         copy(work.sums[1], sums)
         _call_accelerated(laws, motion, work, state)
@@ -187,7 +181,7 @@ def fill_rates(plan, motion, room, state_row, t, u, row, derive):
     if derive:
         if len(laws.table) == 0:
             _clear(sums)
-        slopes_of_paper(z, sums)
+        slopes_of_paper(z, z, sums, work.rows)
         _fill_derivatives(laws, work, row, (r11, r12, r21, r22), (push1, push2), (cart1, cart2, per_reduced))
         if n > at.RODS_STATES:
             _fill_own(laws, work, row)
@@ -238,8 +232,8 @@ def _fill_derivatives(laws, work, row, inverse, pushed, of_cart):
     for k in range(at.RODS_STATES):
         by = sums[1 + k], sums[PARAMETERS + 1 + k], sums[_CART + 1 + k]
         matrices[row, 2, k], matrices[row, 3, k], matrices[row, 0, k] = _solved(inverse, pushed, of_cart, by)
-    for k in range(_COEFFICIENTS):
-        d, column = laws.lanes[k], _BY_FIRST + k
+    for column in range(at.BY_COEFFICIENT, PARAMETERS):
+        d = laws.lanes[column - at.BY_COEFFICIENT]
         if 0 <= d < work.directions:
             by = sums[column], sums[PARAMETERS + column], sums[_CART + column]
             slopes[2, direct, d], slopes[3, direct, d], slopes[0, at.OF_CART, d] = _solved(inverse, pushed, of_cart, by)
@@ -249,16 +243,24 @@ def _fill_derivatives(laws, work, row, inverse, pushed, of_cart):
         begin, width = laws.table[law, at.ROWS_AT], laws.table[law, at.WIDTH]
         row1, row2, row3 = begin + TORQUE1 * width, begin + TORQUE2 * width, begin + CART * width
         for column in range(PARAMETERS, width):
-            d = laws.lanes[_COEFFICIENTS + laws.table[law, at.VALUES_AT] + column - PARAMETERS]
-            if 0 <= d < work.directions:
+            d = direction_of(laws, work, law, column)
+            if d >= 0:
                 by = rows[row1 + column], rows[row2 + column], rows[row3 + column]
                 slopes[2, direct, d], slopes[3, direct, d], slopes[0, at.OF_CART, d] = _solved(
                     inverse, pushed, of_cart, by
                 )
         for k in range(laws.table[law, at.OWNS]):
-            own, column = laws.table[law, at.OWN_AT] + k, _BY_OWN + k
+            own, column = laws.table[law, at.OWN_AT] + k, at.BY_OWN + k
             by = rows[row1 + column], rows[row2 + column], rows[row3 + column]
             matrices[row, 2, own], matrices[row, 3, own], matrices[row, 0, own] = _solved(inverse, pushed, of_cart, by)
+
+
+@inlined
+def direction_of(laws, work, law, column):
+    """Return by which direction the column of a law's rows has derivatives, a coefficient's or a parameter's; or -1."""
+    before = laws.table[law, at.VALUES_AT] if column >= PARAMETERS else 0
+    d = laws.lanes[before + column - at.BY_COEFFICIENT]
+    return d if d < work.directions else -1
 
 
 @inlined
@@ -279,7 +281,8 @@ def _fill_own(laws, work, row):
         for own in range(first, first + owns):
             of = laws.table[law, at.ROWS_AT] + (RATES + own - first) * width
             factor = 0.0 if work.modes[at.MODE, 2 + own] != 0 else 1.0
-            by1, by2, by_u = factor * rows[of + _BY_ALPHA1], factor * rows[of + _BY_ALPHA2], factor * rows[of + _BY_U]
+            by1, by2 = factor * rows[of + at.BY_ALPHA1], factor * rows[of + at.BY_ALPHA2]
+            by_u = factor * rows[of + at.BY_U]
             for k in range(n):
                 matrices[row, own, k] = (
                     by1 * matrices[row, 2, k] + by2 * matrices[row, 3, k] + by_u * matrices[row, 0, k]
@@ -287,21 +290,14 @@ def _fill_own(laws, work, row):
             for k in range(at.RODS_STATES):
                 matrices[row, own, k] += factor * rows[of + 1 + k]
             for k in range(owns):
-                matrices[row, own, first + k] += factor * rows[of + _BY_OWN + k]
+                matrices[row, own, first + k] += factor * rows[of + at.BY_OWN + k]
             for d in range(n, work.directions):
                 slopes[own, at.DIRECT + row, d] = (
                     by1 * slopes[2, at.DIRECT + row, d]
                     + by2 * slopes[3, at.DIRECT + row, d]
                     + by_u * slopes[0, at.OF_CART, d]
                 )
-            for k in range(_COEFFICIENTS):
-                if 0 <= laws.lanes[k] < work.directions:
-                    slopes[own, at.DIRECT + row, laws.lanes[k]] += factor * rows[of + _BY_FIRST + k]
-            for p in range(width - PARAMETERS):
-                d = laws.lanes[_COEFFICIENTS + laws.table[law, at.VALUES_AT] + p]
-                if 0 <= d < work.directions:
-                    slopes[own, at.DIRECT + row, d] += factor * rows[of + PARAMETERS + p]
-
-
-OF_FILL_RATES = void(INDICES, NUMBERS, NUMBERS, int64, float64, float64, int64, int64)
-"""Signature of `fill_rates`."""
+            for column in range(at.BY_COEFFICIENT, width):
+                d = direction_of(laws, work, law, column)
+                if d >= 0:
+                    slopes[own, at.DIRECT + row, d] += factor * rows[of + column]

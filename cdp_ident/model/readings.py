@@ -3,28 +3,14 @@
 """What an encoder shows of a motion at one instant, and its derivatives (compiled)."""
 
 import numpy as np
-from numba import float64, int64
 
-from cdp_ident.machine.calls import INDICES, NUMBERS, call
-from cdp_ident.machine.compilation import inlined, part
+from cdp_ident.machine.compilation import call, inlined, part
 from cdp_ident.model import layout as at
-from cdp_ident.model.formulas.language import (
-    ACCELERATIONS,
-    COEFFICIENTS,
-    INPUTS,
-    LATENESS,
-    MOST_STATES,
-    OWN,
-    PARAMETERS,
-    VARIABLES,
-)
+from cdp_ident.model.formulas.language import LATENESS
 from cdp_ident.model.layout import unfolded
-from cdp_ident.model.rates import call_law, fill_inputs, joint_speed
+from cdp_ident.model.rates import call_law, direction_of, fill_inputs, joint_speed
 from cdp_ident.model.runge_kutta import hermite
 
-_BY_ALPHA1, _BY_OWN, _BY_FIRST = (1 + VARIABLES.index(name) for name in (ACCELERATIONS[0], OWN[0], COEFFICIENTS[0]))
-_COEFFICIENTS = len(COEFFICIENTS)
-_U = INPUTS.index("u")
 _NEAR = 1e-6
 """Instants so far apart tell how fast a reading changes [s]."""
 
@@ -62,31 +48,22 @@ def read_state(work, share, length, rows):
 
 
 def read_encoder(plan, motion, room, joint, share, length, t, u, u_rate, by):
-    """Return what the encoder of a joint shows, and fill in its derivatives.
+    """Return what the encoder of a joint (0 inner, 1 outer) shows, and fill in its derivatives `by` directions (d,).
 
-    Args:
-        plan: memory with the laws.
-        motion: what gives the motion.
-        room: memory with a step of it, made.
-        joint: 0 inner, 1 outer.
-        share: where in the step.
-        length: of the step [s].
-        t: the instant in the trial [s].
-        u: the cart's acceleration then [m/s^2].
-        u_rate: how fast that changes [m/s^3].
-        by: (d,) takes the derivatives.
+    It is looked at in a step of a length [s] that is made, after a share of it, when the time in the trial is t [s],
+    and the cart's acceleration u [m/s^2], which changes by `u_rate` [m/s^3].
     """
     laws, work = unfolded(plan, room)
     n, directions = work.states.shape[1], work.directions
-    alters, changes, accelerated, derive = False, False, False, 0
+    alters, changes, accelerated, late, derive = False, False, False, False, 0
     for law in range(len(laws.table)):
         if laws.table[law, at.READING] != 0:
             alters, kind = True, laws.table[law, at.KIND]
             changes = changes or kind & at.SHOWN != 0
+            late = late or (directions > 0 and kind & at.LATE != 0 and laws.table[law, at.JOINT] == joint)
             if kind & at.ACCELERATED:
                 accelerated = True
                 derive = 1 if directions > 0 and not kind & at.OF_NO_STRENGTH else derive
-    late = directions > 0 and is_late(laws, joint)
     rate = 0.0
     if late and changes:
         rate = _rate_of_reading((plan, motion, room), laws, work, joint, share, length, t, u, u_rate)
@@ -103,7 +80,7 @@ def read_encoder(plan, motion, room, joint, share, length, t, u, u_rate, by):
             _fill_accelerations(work)
     else:
         fill_inputs(motion, work, state, t)
-        work.z[_U] = u
+        work.z[at.U] = u
     angle += added_by_laws(laws, motion, work, state, joint)
     rate = rate if changes else joint_speed(state, joint)
     for law in range(len(laws.table) if directions > 0 else 0):
@@ -115,15 +92,6 @@ def read_encoder(plan, motion, room, joint, share, length, t, u, u_rate, by):
             row = laws.table[law, at.READS_AT] + LATENESS * laws.table[law, at.WIDTH]
             _add_derivatives(laws, work, law, row, -rate, by)
     return angle
-
-
-@inlined
-def is_late(laws, joint):
-    """Return whether a law says how late the encoder of a joint is read."""
-    late = False
-    for law in range(len(laws.table)):
-        late = late or (laws.table[law, at.KIND] & at.LATE != 0 and laws.table[law, at.JOINT] == joint)
-    return late
 
 
 @part
@@ -175,24 +143,15 @@ def _add_derivatives(laws, work, law, row, factor, by):
             for d in range(np.uint64(directions)):
                 by[d] += slope * work.slopes[k, at.AT_READING, d]
     for k in range(3):
-        slope = factor * rows[row + _BY_ALPHA1 + k]
+        slope = factor * rows[row + at.BY_ALPHA1 + k]
         if slope != 0.0:
             for d in range(np.uint64(directions)):
                 by[d] += slope * work.slopes[k, at.ACCELERATIONS_READ, d]
-    for k in range(min(MOST_STATES, laws.table[law, at.OWNS])):
-        slope = factor * rows[row + _BY_OWN + k]
+    for k in range(laws.table[law, at.OWNS]):
+        slope = factor * rows[row + at.BY_OWN + k]
         for d in range(np.uint64(directions)):
             by[d] += slope * work.slopes[laws.table[law, at.OWN_AT] + k, at.AT_READING, d]
-    for k in range(_COEFFICIENTS):
-        d = laws.lanes[k]
-        if 0 <= d < directions:
-            by[d] += factor * rows[row + _BY_FIRST + k]
-    first = laws.table[law, at.VALUES_AT]
-    for p in range(laws.table[law, at.WIDTH] - PARAMETERS):
-        d = laws.lanes[_COEFFICIENTS + first + p]
-        if 0 <= d < directions:
-            by[d] += factor * rows[row + PARAMETERS + p]
-
-
-OF_READ_ENCODER = float64(INDICES, NUMBERS, NUMBERS, int64, float64, float64, float64, float64, float64, NUMBERS)
-"""Signature of `read_encoder`."""
+    for column in range(at.BY_COEFFICIENT, laws.table[law, at.WIDTH]):
+        d = direction_of(laws, work, law, column)
+        if d >= 0:
+            by[d] += factor * rows[row + column]

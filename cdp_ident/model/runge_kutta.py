@@ -3,28 +3,35 @@
 """One step of the integrator, and the derivatives of the state carried along (compiled).
 
 The derivatives, by the state at the beginning, by coefficients and by parameters, go through the same steps as the
-state (the tangent linear model of the integrator), all directions side by side.
+state (the tangent linear model of the integrator), whose stages left their derivatives by the state and by the
+directions. Machine code made by LLVM directly computes several directions with one instruction.
 """
 
-import numpy as np
-from numba import float64, int64, void
+from functools import cache
+from typing import Any
 
-from cdp_ident.machine.calls import INDICES, NUMBERS, call
-from cdp_ident.machine.compilation import inlined, part
+import numpy as np
+from llvmlite import ir
+from numba.core import cgutils
+
+from cdp_ident.machine.compilation import Addresses, call, inlined, part
 from cdp_ident.model import layout as at
 from cdp_ident.model.layout import unfolded
 from cdp_ident.model.rates import STICKS
 
 _ROUGH = 3e-6
 """Largest error estimate of a step: see `roughness`."""
+_NUMBER, _INDEX = ir.DoubleType(), ir.IntType(64)
+_NUMBERS = _NUMBER.as_pointer()
+_LANES = ir.VectorType(_NUMBER, at.VECTOR)
+_FAST = ("fast",)
 
 
 @inlined
 def input_at(work, share):
     """Return the cart's acceleration at a share of the step, from those at its beginning, middle and end."""
-    first, middle, last = (
-        work.numbers[at.CART_INPUTS], work.numbers[at.CART_INPUTS + 1], work.numbers[at.CART_INPUTS + 2]
-    )  # fmt: skip
+    u = work.numbers
+    first, middle, last = u[at.CART_INPUTS], u[at.CART_INPUTS + 1], u[at.CART_INPUTS + 2]
     return first * (1.0 - share) * (1.0 - 2.0 * share) + share * (
         4.0 * middle * (1.0 - share) + last * (2.0 * share - 1.0)
     )
@@ -42,18 +49,9 @@ def stop(state, joint):
 def step_on(plan, motion, room, begin, step, done, share, end, derive):
     """Make one Runge-Kutta step of a share of the grid's, from the share `done` on.
 
-    The rates at its beginning are in row 0 already; the last row is at its end.
-
-    Args:
-        plan: memory with the laws.
-        motion: what gives the motion.
-        room: memory to work in.
-        begin: time in the trial at the beginning of the grid's step [s].
-        step: its length [s].
-        done: share of it that is done.
-        share: that is to be done.
-        end: the row of the states that takes the state at its end.
-        derive: whether the jacobians of derivatives are wanted.
+    The grid's step begins at a time in the trial [s] and has a length [s]. The rates at the beginning are in row 0
+    already; the last row is at the end, the state at which goes to the row `end` of the states. Where asked to
+    `derive`, rates have their jacobians.
     """
     _, work = unfolded(plan, room)
     states = work.states
@@ -120,5 +118,84 @@ def accept(work):
             work.slopes[r, at.OLD_SLOPE, d] = work.slopes[r, at.NEW_SLOPE, d]
 
 
-OF_STEP_ON = void(INDICES, NUMBERS, NUMBERS, float64, float64, float64, float64, int64, int64)
-"""Signature of `step_on`."""
+@cache
+def address_of_advance(states: int) -> int:
+    """Return the address of a function `advance(matrices, slopes, h, directions)` for so many states; see `layout`.
+
+    It fills in the derivatives at the end of a step of length h [s], and their slopes there.
+    """
+    return Addresses(f"advance {states}", lambda: _module(states)).of("advance")
+
+
+def _module(states: int) -> ir.Module:
+    module = ir.Module("advance")
+    kind = ir.FunctionType(ir.VoidType(), [_NUMBERS, _NUMBERS, _NUMBER, _INDEX])
+    function = ir.Function(module, kind, "advance")
+    matrices, slopes, h, directions = function.args
+    matrices.add_attribute("noalias")
+    slopes.add_attribute("noalias")
+    build = ir.IRBuilder(function.append_basic_block())
+    with cgutils.for_range_slice(build, _INDEX(0), directions, _INDEX(at.VECTOR)) as (first, _):
+        _carry(_Lanes(build, matrices, slopes, first, states), h)
+    build.ret_void()
+    return module
+
+
+class _Lanes:
+    """Some directions, one in each lane."""
+
+    def __init__(self, build: ir.IRBuilder, matrices: Any, slopes: Any, first: Any, states: int) -> None:
+        self.build, self._matrices, self._slopes, self._first, self.states = build, matrices, slopes, first, states
+
+    def _place(self, number: int, row: int) -> Any:
+        place = self.build.add(self._first, _INDEX((number * at.ROWS_OF_SLOPES + row) * at.ROOM))
+        return self.build.bitcast(self.build.gep(self._slopes, [place]), _LANES.as_pointer())
+
+    def row(self, row: int) -> list[Any]:
+        """Return a row of all numbers of the state."""
+        return [self.build.load(self._place(k, row), align=8) for k in range(self.states)]
+
+    def put(self, row: int, values: list[Any]) -> None:
+        """Store a row of all numbers of the state."""
+        for k, value in enumerate(values):
+            self.build.store(value, self._place(k, row), align=8)
+
+    def everywhere(self, number: Any) -> Any:
+        """Return a number in every lane."""
+        one = self.build.insert_element(ir.Constant(_LANES, ir.Undefined), number, ir.IntType(32)(0))
+        every = ir.Constant(ir.VectorType(ir.IntType(32), at.VECTOR), [0] * at.VECTOR)
+        return self.build.shuffle_vector(one, ir.Constant(_LANES, ir.Undefined), every)
+
+    def plus(self, value: Any, factor: Any, other: Any) -> Any:
+        """Return a value and so many times another together."""
+        return self.build.fadd(value, self.build.fmul(factor, other, flags=_FAST), flags=_FAST)
+
+    def slopes(self, stage: int, derivatives: list[Any]) -> list[Any]:
+        """Return the slopes of derivatives at a stage: of angles they are those of the speeds."""
+        found = derivatives[2:4]
+        for number in range(2, self.states):
+            total = self.build.load(self._place(number, at.DIRECT + stage), align=8)
+            for k, value in enumerate(derivatives):
+                place = _INDEX((stage * self.states + number) * self.states + k)
+                element = self.build.load(self.build.gep(self._matrices, [place]))
+                total = self.plus(total, self.everywhere(element), value)
+            found.append(total)
+        return found
+
+
+def _carry(lanes: _Lanes, h: Any) -> None:
+    def share(divisor: float) -> Any:
+        return lanes.everywhere(lanes.build.fmul(h, _NUMBER(1.0 / divisor), flags=_FAST))
+
+    def moved(of: list[Any], factor: Any, by: list[Any]) -> list[Any]:
+        return [lanes.plus(value, factor, other) for value, other in zip(of, by, strict=True)]
+
+    whole, half, third, sixth = (share(divisor) for divisor in (1.0, 2.0, 3.0, 6.0))
+    old, slopes = lanes.row(at.OLD), lanes.row(at.OLD_SLOPE)
+    new, there = moved(old, sixth, slopes), moved(old, half, slopes)
+    for stage in (1, 2, 3):
+        slopes = lanes.slopes(stage, there)
+        new = moved(new, sixth if stage == 3 else third, slopes)
+        there = moved(old, half if stage == 1 else whole, slopes)
+    lanes.put(at.NEW, new)
+    lanes.put(at.NEW_SLOPE, lanes.slopes(4, new))

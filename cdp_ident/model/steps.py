@@ -11,24 +11,27 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
+from numba import float64, int64, void
 
-from cdp_ident.machine.calls import call, call_for_number, place
-from cdp_ident.machine.compilation import compiled, compiled_at, inlined, part
+from cdp_ident.arrays import Array, Indices
+from cdp_ident.machine.compilation import (
+    INDICES,
+    NUMBERS,
+    call,
+    call_for_number,
+    compiled,
+    compiled_at,
+    inlined,
+    part,
+    place,
+)
 from cdp_ident.model import layout as at
-from cdp_ident.model.advance import address_of_advance
-from cdp_ident.model.formulas.language import INPUTS
 from cdp_ident.model.layout import unfolded
-from cdp_ident.model.parts import OF_MAKE_PART, make_part
-from cdp_ident.model.rates import OF_FILL_RATES, STICKS, copy, fill_rates
-from cdp_ident.model.readings import OF_READ_ENCODER, added_by_laws, lateness, read_encoder, read_state
-from cdp_ident.model.runge_kutta import OF_STEP_ON, accept, input_at, step_on, stop
-from cdp_ident.model.sticking import AT_ONCE, OF_INSTANT_OF, OF_SETTLE, instant_of, is_at_limit, settle
+from cdp_ident.model.rates import STICKS, copy, fill_rates
+from cdp_ident.model.readings import added_by_laws, lateness, read_encoder, read_state
+from cdp_ident.model.runge_kutta import accept, address_of_advance, input_at, step_on, stop
+from cdp_ident.model.sticking import AT_ONCE, instant_of, is_at_limit, make_part, settle
 
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
-
-_ALPHA1 = INPUTS.index("alpha1")
 _MOST_PARTS = 4096
 """A step that needs more parts, of 1/256 or up to an event, has a motion that cannot be computed: it is given up. So
 has an encoder that is late by as many steps."""
@@ -39,15 +42,23 @@ _SLIGHTLY = 1e-3
 _ROUNDING = 1e-9
 """A sample at the end of a step, give or take rounding, belongs to that step."""
 
+_MEMORY = INDICES, NUMBERS, NUMBERS
+_PARTS = (
+    (fill_rates, void(*_MEMORY, int64, float64, float64, int64, int64)),
+    (step_on, void(*_MEMORY, float64, float64, float64, float64, int64, int64)),
+    (settle, void(*_MEMORY, float64, float64, int64, int64)),
+    (instant_of, float64(*_MEMORY, float64, float64, float64, float64, int64)),
+    (make_part, float64(*_MEMORY, float64, float64, float64)),
+    (read_encoder, float64(*_MEMORY, int64, float64, float64, float64, float64, float64, NUMBERS)),
+)
+"""What others call by its address, with its signature, in the order of a plan: first come plan, what gives the motion
+(see `layout.VALUES`) and room."""
+
 
 @cache
 def addresses(states: int) -> tuple[int, ...]:
     """Return where compiled code is that others call, in the order of a plan, for states of so many numbers."""
-    parts = (
-        (fill_rates, OF_FILL_RATES), (step_on, OF_STEP_ON), (settle, OF_SETTLE), (instant_of, OF_INSTANT_OF),
-        (make_part, OF_MAKE_PART), (read_encoder, OF_READ_ENCODER),
-    )  # fmt: skip
-    return *(compiled_at(function, signature) for function, signature in parts), address_of_advance(states)
+    return *(compiled_at(*each) for each in _PARTS), address_of_advance(states)
 
 
 class Times(NamedTuple):
@@ -69,32 +80,11 @@ class Times(NamedTuple):
     """(2 steps + motions, 2) the motors' torques in both joints then [N m]; (0, 2) where there are none."""
 
 
-class Results(NamedTuple):
-    """What is computed of some motions, end to end; not a number where it cannot be."""
-
-    states: Array
-    """(samples, n) at the samples; (0, n) where it is not wanted."""
-    readings: Array
-    """(samples, 2) what the encoders of both joints show [rad]; (0, 2) where it is not wanted."""
-    by: Array
-    """(samples, 2 or n, d) derivatives of these or of those."""
-    ends: Array
-    """(motions, n) states at the ends."""
-    ends_by: Array
-    """(motions, n, d) their derivatives."""
-
-
 @compiled
 def compute(plan, given, starts, times, room, results):
-    """Compute motions one after the other.
+    """Compute motions one after the other, from what gives each (motions, 9 + parameters) and a start (motions, n).
 
-    Args:
-        plan: memory with the laws of all of them.
-        given: (motions, 9 + parameters) what gives each, see `VALUES`.
-        starts: (motions, n) states at the beginning.
-        times: of all of them.
-        room: memory to work in.
-        results: takes what is computed.
+    Of the results, samples are left as they are from where on they cannot be computed.
     """
     next_ones = np.zeros(3, dtype=np.int64)
     laws, work = unfolded(place(plan, 0), place(room, 0))
@@ -113,12 +103,6 @@ def compute(plan, given, starts, times, room, results):
             # Up to what the earliest encoder shows of the last sample.
             further = last + math.ceil(-min(late[0], late[1])) + 1
             _make_steps(memory, laws, motion, work, times, m, last, further, late, next_ones, results)
-        for j in range(next_ones[2], times.samples_at[m + 1] if len(results.states) > 0 else 0):
-            for r in range(starts.shape[1]):
-                results.states[j, r] = np.nan
-        for joint in range(2):
-            for j in range(next_ones[joint], times.samples_at[m + 1] if len(results.readings) > 0 else 0):
-                results.readings[j, joint] = np.nan
 
 
 @part
@@ -290,31 +274,24 @@ def begin_modes(laws, work):
 
 
 @compiled
-def fill_each_rate(plan, motion, room, states, times, u, rates):
+def fill_each_rate(plan, motion, room, states, times, u, rates, jacobians):
     """Fill in the rates (k, n) of states (k, n) at times (k,) and the cart's accelerations (k,).
 
-    Joints slip the way they turn; one at rest that has dry friction sticks where it can.
+    Joints slip the way they turn; one at rest that has dry friction sticks where it can. But where the accelerations'
+    derivatives (k, 2, n) are wanted, too, joints slip forwards.
     """
-    memory = place(plan, 0), place(room, 0)
-    laws, work = unfolded(*memory)
+    memory = place(plan, 0), place(motion, 0), place(room, 0)
+    laws, work = unfolded(memory[0], memory[2])
     for j in range(len(states)):
         copy(states[j], work.states[at.BEGIN])
         begin_modes(laws, work)
-        call(plan[at.SETTLE], (memory[0], place(motion, 0), memory[1], times[j], u[j], at.NO_EVENT, at.NO_EVENT))
+        if len(jacobians) > 0:
+            call(plan[at.FILL_RATES], (*memory, at.BEGIN, times[j], u[j], 0, 1))
+            copy(work.matrices[0, 2], jacobians[j, 0])
+            copy(work.matrices[0, 3], jacobians[j, 1])
+        else:
+            call(plan[at.SETTLE], (*memory, times[j], u[j], at.NO_EVENT, at.NO_EVENT))
         copy(work.states[at.RATES_AT], rates[j])
-
-
-@compiled
-def fill_each_jacobian(plan, motion, room, states, jacobians):
-    """Fill in the accelerations' derivatives (k, 2, n) in states (k, n), cart at rest and joints slipping forwards."""
-    memory = place(plan, 0), place(room, 0)
-    laws, work = unfolded(*memory)
-    begin_modes(laws, work)
-    for j in range(len(states)):
-        copy(states[j], work.states[at.BEGIN])
-        call(plan[at.FILL_RATES], (memory[0], place(motion, 0), memory[1], at.BEGIN, 0.0, 0.0, 0, 1))
-        copy(work.matrices[0, 2], jacobians[j, 0])
-        copy(work.matrices[0, 3], jacobians[j, 1])
 
 
 @compiled
@@ -341,6 +318,6 @@ def fill_each_reading(plan, given, room, rods, own, step, begin, readings):
         for r in range(at.RODS_STATES, len(state)):
             own[0, r - at.RODS_STATES], own[1, r - at.RODS_STATES] = state[r], work.states[at.RATES_AT, r]
         for k in range(3):
-            work.z[_ALPHA1 + k] = rods[j, at.RODS_STATES + k]
+            work.z[at.ALPHA1 + k] = rods[j, at.RODS_STATES + k]
         readings[j, 0] = state[0] + added_by_laws(laws, motion, work, state, 0)
         readings[j, 1] = state[1] - state[0] + added_by_laws(laws, motion, work, state, 1)

@@ -2,32 +2,33 @@
 # SPDX-License-Identifier: Apache-2.0
 """When joints stop, stick and break loose, and states reach a limit, and what that does to derivatives (compiled).
 
-A step of the integrator ends where a joint's speed passes through zero, where the torque that holds a sticking joint
-reaches its friction, or where a state reaches its limit. There the rate of change may jump: derivatives of the motion
-are carried across by the saltation matrix (Leine and Nijmeijer, Dynamics and Bifurcations of Non-smooth Mechanical
-Systems, 2004, chapter 7; Hiskens and Pai, IEEE Trans. Circuits and Systems I 47, 2000).
+A step of the integrator is made in parts, each as long as its error allows. A part ends where a joint's speed passes
+through zero, where the torque that holds a sticking joint reaches its friction, or where a state reaches its limit.
+There the rate of change may jump: derivatives of the motion are carried across by the saltation matrix (Leine and
+Nijmeijer, Dynamics and Bifurcations of Non-smooth Mechanical Systems, 2004, chapter 7; Hiskens and Pai, IEEE Trans.
+Circuits and Systems I 47, 2000).
 """
 
 import math
 
 import numpy as np
-from numba import float64, int64, void
 
-from cdp_ident.machine.calls import INDICES, NUMBERS, call
-from cdp_ident.machine.compilation import inlined, part
+from cdp_ident.machine.compilation import call, call_for_number, inlined, part, place
 from cdp_ident.model import layout as at
 from cdp_ident.model.layout import unfolded
-from cdp_ident.model.rates import STICKS, joint_speed
-from cdp_ident.model.runge_kutta import fill_first_slopes
+from cdp_ident.model.rates import STICKS, copy, joint_speed
+from cdp_ident.model.runge_kutta import fill_first_slopes, roughness
 
 _AT_LIMIT = 1e-11
 """A state so close to its limit, as a share of that, has reached it."""
 _TURNED_OVER, _RESOLVED = 4.0, 0.15
 """A law that changes within a small speed v is constant beyond so many times v; below, a step changes the joint's speed
 by at most this share of v."""
-SMALLEST = 1.0 / 256.0
+_SMALLEST = 1.0 / 256.0
 """Smallest share of a step into which it is divided."""
 _MOST_ITERATIONS = 50
+_MOST_EVENTS = 32
+"""Most events in one step; further ones are ignored."""
 AT_ONCE = 1e-13
 """Resolution of instants, as a share of the step."""
 _NEAREST = 1e-9
@@ -39,16 +40,9 @@ _CLOSE = 1e-15
 def settle(plan, motion, room, t, u, loose, crossed):
     """Decide which joints at rest stick and where others go, and which states are held; fill in the rates after that.
 
-    Derivatives are carried across the instant.
-
-    Args:
-        plan: memory with the laws and modes.
-        motion: what gives the motion.
-        room: memory to work in.
-        t: time in the trial [s].
-        u: the cart's acceleration [m/s^2].
-        loose: the joint that has just broken loose, whose holding torque is among the numbers; -1 for none.
-        crossed: the joint whose speed has just become zero, the rates before which are those of the trial; -1 for none.
+    Derivatives are carried across the instant, which is t [s] in the trial, when the cart's acceleration is u
+    [m/s^2]. `loose` is the joint that has just broken loose, whose holding torque is among the numbers, and `crossed`
+    that whose speed has just become zero, the rates before which are those of the trial; -1 for none.
     """
     laws, work = unfolded(plan, room)
     state, modes, derive = work.states[at.BEGIN], work.modes, int(plan[at.DIRECTIONS] > 0)
@@ -90,15 +84,16 @@ def _carry_derivatives(work, crossed):
         if work.modes[at.MODE, joint] == STICKS:
             _hold_derivatives(work, joint)
     for r in range(at.RODS_STATES, work.states.shape[1]):
-        if work.modes[at.MODE, 2 + r] != 0:
-            _hold_state(work, r)
+        if work.modes[at.MODE, 2 + r] != 0:  # a number that is at its limit depends on nothing
+            for d in range(np.uint64(work.directions)):
+                work.slopes[r, at.OLD, d] = 0.0
     fill_first_slopes(work)
 
 
 @part
 def _settle_joints(plan, motion, room, work, t, u, derive):
     # The modes of two joints at rest depend on each other: all combinations are tried until one is consistent.
-    state, modes, rates = work.states[at.BEGIN], work.modes, work.states[at.RATES_AT]
+    modes, rates = work.modes, work.states[at.RATES_AT]
     given_inner, given_outer = modes[at.MODE, 0], modes[at.MODE, 1]
     best, best_inner, best_outer = 1e300, given_inner, given_outer
     for attempt in range(10):
@@ -111,20 +106,9 @@ def _settle_joints(plan, motion, room, work, t, u, derive):
             modes[at.MODE, 0] = (-1 if inner == 2 else inner) if given_inner == STICKS else given_inner
             modes[at.MODE, 1] = (-1 if outer == 2 else outer) if given_outer == STICKS else given_outer
         call(plan[at.FILL_RATES], (plan, motion, room, at.BEGIN, t, u, 0, derive))
-        wrong = 0.0
-        if given_inner == STICKS:
-            excess = (
-                _joint_violation(work, state, 0)
-                if modes[at.MODE, 0] == STICKS
-                else -float(modes[at.MODE, 0]) * rates[2]
-            )
-            wrong += max(excess, 0.0)
-        if given_outer == STICKS:
-            onward = rates[3] - rates[2]
-            excess = (
-                _joint_violation(work, state, 1) if modes[at.MODE, 1] == STICKS else -float(modes[at.MODE, 1]) * onward
-            )
-            wrong += max(excess, 0.0)
+        # Slipping, it must go the way that it is pushed.
+        wrong = max(_joint_violation(work, rates, 0), 0.0) if given_inner == STICKS else 0.0
+        wrong += max(_joint_violation(work, rates, 1), 0.0) if given_outer == STICKS else 0.0
         if wrong == 0.0:
             return
         if wrong < best:
@@ -237,7 +221,7 @@ def resolving_share(laws, motion, work, step):
         else:
             beyond = speed - _TURNED_OVER * scale
             share = min(share, max(beyond, _RESOLVED * scale) / max(change, 1e-300))
-    return max(share, SMALLEST)
+    return max(share, _SMALLEST)
 
 
 @part
@@ -246,7 +230,7 @@ def _carry_across(work, joint, before):
 
     Those after it are in row 0.
     """
-    towards = before[2] if joint == 0 else before[3] - before[2]
+    towards = joint_speed(before, joint)
     if towards == 0.0:
         return
     slopes = work.slopes
@@ -271,14 +255,49 @@ def _hold_derivatives(work, joint):
             slopes[2, at.OLD, d], slopes[3, at.OLD, d] = common, common
 
 
-@part
-def _hold_state(work, k):
-    """Let a number of the state, which is at its limit, depend on nothing."""
-    for d in range(np.uint64(work.directions)):
-        work.slopes[k, at.OLD, d] = 0.0
+def make_part(plan, motion, room, begin, step, done):
+    """Make a part of a step, of which a share is done, and return which share of it that part is.
 
-
-OF_SETTLE = void(INDICES, NUMBERS, NUMBERS, float64, float64, int64, int64)
-"""Signature of `settle`."""
-OF_INSTANT_OF = float64(INDICES, NUMBERS, NUMBERS, float64, float64, float64, float64, int64)
-"""Signature of `instant_of`."""
+    The step begins at a time in the trial [s] and has a length [s]. Which mode ends with the part is left in the
+    progress.
+    """
+    laws, work = unfolded(plan, room)
+    derive, modes, numbers = int(plan[at.DIRECTIONS] > 0), work.modes, work.numbers
+    longest = min(numbers[at.LONGEST], 1.0 - done)
+    share = longest
+    for law in range(len(laws.table)):
+        if laws.table[law, at.RESOLVES] >= 0:
+            share = min(share, resolving_share(laws, motion, work, step))
+            break
+    call(plan[at.STEP_ON], (plan, motion, room, begin, step, done, share, at.END, derive))
+    rough = roughness(work, share * step)
+    while share > _SMALLEST and rough > 1.0:
+        share *= 0.5
+        longest = share
+        call(plan[at.STEP_ON], (plan, motion, room, begin, step, done, share, at.END, derive))
+        rough = roughness(work, share * step)
+    # A part twice as long would have 16 times the error.
+    numbers[at.LONGEST] = min(1.0, 2.0 * longest) if 16.0 * rough < 1.0 else longest
+    modes[at.PROGRESS, at.STOPPED] = at.NO_EVENT
+    looks = False
+    for mode in range(modes.shape[1] if modes[at.IS_TURNED, 0] + modes[at.IS_TURNED, 1] > 0 else 0):
+        numbers[at.VIOLATIONS + mode] = violation(laws, work, work.states[at.END], mode)
+        slips = mode < 2 and modes[at.IS_TURNED, mode] != 0 and modes[at.MODE, mode] != STICKS
+        ends = numbers[at.VIOLATIONS + mode] > 0.0 or (slips and dip(work, mode) > 0.0)
+        modes[at.IS_SOUGHT, mode] = 1 if ends else 0
+        looks = looks or ends
+    if looks and modes[at.PROGRESS, at.EVENTS] < _MOST_EVENTS:
+        # The step is repeated, up to the instant or as before: the search overwrites its rates.
+        whole = share
+        copy(work.states[at.RATES_AT + 4], work.states[at.READ])
+        for mode in range(modes.shape[1]):
+            if modes[at.IS_SOUGHT, mode]:
+                copy(work.states[at.READ], work.states[at.RATES_AT + 4])
+                instant = call_for_number(plan[at.INSTANT_OF], (plan, motion, room, begin, step, done, whole, mode))
+                if instant <= share:
+                    share, modes[at.PROGRESS, at.STOPPED] = instant, mode
+        modes[at.PROGRESS, at.EVENTS] += 1
+        call(plan[at.STEP_ON], (plan, motion, room, begin, step, done, share, at.END, derive))
+    if derive:
+        call(plan[at.ADVANCE], (place(work.matrices, 0), place(work.slopes, 0), share * step, plan[at.DIRECTIONS]))
+    return share

@@ -5,13 +5,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array, Indices
 from cdp_ident.errors import OptionError
 from cdp_ident.model.runge_kutta import hermite
-
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
 
 DEFAULT_STEP = 0.005
 """The paper's step of the Runge-Kutta method [s] (Section 4.2)."""
@@ -33,11 +30,7 @@ class TimeGrid:
 
     @classmethod
     def over(cls, times: Array, step: float = DEFAULT_STEP) -> "TimeGrid":
-        """Lay the grid over measurement times (n,) [s], ascending from 0 on.
-
-        Raises:
-            OptionError: the times are not ascending from 0 on, or the step is not positive.
-        """
+        """Lay the grid over measurement times (n,) [s]. Raises `OptionError` where these do not ascend from 0 on."""
         times = np.ascontiguousarray(times, dtype=float)
         if not 0.0 < step < np.inf:
             raise OptionError(f"the step of the integrator is {step} s; it must be positive (0.005 s is usual)")

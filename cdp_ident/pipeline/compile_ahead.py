@@ -52,8 +52,7 @@ def _compile(backwards: bool) -> None:
     """
     coefficients, at_rest, times = physical_coefficients(NOMINAL), np.zeros(4), np.array([0.0, 0.01])
     grid = TimeGrid.over(times)
-    u = np.zeros(2 * grid.steps + 1)
-    plain = InitialValueProblem(coefficients, at_rest, grid, u)
+    plain = InitialValueProblem(coefficients, at_rest, grid)
     uses: list[Callable[[], object]] = [
         lambda: motions([plain]),
         lambda: Population([Segment(at_rest, times, np.zeros((2, 2)))]).squared_errors(coefficients[None]),

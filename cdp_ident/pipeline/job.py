@@ -10,8 +10,7 @@ from pathlib import Path
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.errors import OptionError
 from cdp_ident.model.parameters import SYMBOLS
-from cdp_ident.model.weight_settings import ADDED, refuse_misplaced
-from cdp_ident.model.weights import RODS, Rod, Weight
+from cdp_ident.model.weights import ADDED, RODS, Rod, Weight, refuse_misplaced
 from cdp_ident.pipeline.compile_ahead import compile_ahead
 from cdp_ident.pipeline.identify import identify_and_trace
 from cdp_ident.report.outcome import Job, LoadedJob, Outcome

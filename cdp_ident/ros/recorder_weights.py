@@ -4,8 +4,7 @@
 
 from typing import Any
 
-from cdp_ident.model.weight_settings import ADDED, ADDED_STD, DESCRIPTIONS, NOTHING, weights_of
-from cdp_ident.model.weights import RODS, Weight
+from cdp_ident.model.weights import ADDED, ADDED_STD, DESCRIPTIONS, NOTHING, RODS, Weight, weights_of
 from cdp_ident.ros.parameters import Parameters
 
 

@@ -6,13 +6,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array
 from cdp_ident.errors import OptionError
 from cdp_ident.search import operators
 from cdp_ident.search.options import GeneticOptions
 
-Array = npt.NDArray[np.float64]
 Objective = Callable[[Array], Array]
 
 _USELESS = 1e100
@@ -71,12 +70,8 @@ def genetic_search(
         OptionError: the box is empty or not finite.
     """
     lower, upper = np.asarray(lower, dtype=float), np.asarray(upper, dtype=float)
-    if (
-        lower.size == 0
-        or lower.shape != upper.shape
-        or not np.all(np.isfinite([lower, upper]))
-        or np.any(lower > upper)
-    ):
+    alike = lower.size > 0 and lower.shape == upper.shape
+    if not alike or not np.all(np.isfinite([lower, upper])) or np.any(lower > upper):
         raise OptionError("each gene's lower limit of the search must be finite and not above its upper limit")
     search = _Search(objective, lower, upper, options, rng)
     population = rng.uniform(lower, upper, size=(options.population, len(lower)))

@@ -7,9 +7,9 @@ at once: x and y are (pairs, genes). `_TENTHS` are the paper's values of beta.
 """
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from cdp_ident.arrays import Array, Indices
+
 Generator = np.random.Generator
 
 _TENTHS = np.arange(11) / 10.0
@@ -17,7 +17,7 @@ _SMALLEST_ERROR = 1e-200
 """Errors below it count as this one, so that logarithms of fitness and sums of it stay finite."""
 
 
-def roulette(fitness: Array, count: int, rng: Generator) -> npt.NDArray[np.int64]:
+def roulette(fitness: Array, count: int, rng: Generator) -> Indices:
     """Return indices of `count` chromosomes, each drawn with a probability proportional to its fitness."""
     return np.asarray(rng.choice(len(fitness), size=count, p=fitness / fitness.sum()), dtype=np.int64)
 
@@ -27,7 +27,7 @@ def inverse_fitness(errors: Array) -> Array:
     return 1.0 / np.maximum(errors, _SMALLEST_ERROR)
 
 
-def single_point_crossover(x: Array, y: Array, points: npt.NDArray[np.int64]) -> tuple[Array, Array]:
+def single_point_crossover(x: Array, y: Array, points: Indices) -> tuple[Array, Array]:
     """Return pairs that have exchanged all genes from the crossover points (pairs,) on."""
     exchanged = np.arange(x.shape[1]) >= points[:, None]
     return np.where(exchanged, y, x), np.where(exchanged, x, y)
@@ -54,7 +54,7 @@ def renew_close_relatives(x: Array, y: Array, lower: Array, upper: Array, rng: G
 
 
 def variable_precision_crossover(
-    x: Array, y: Array, points: npt.NDArray[np.int64], lower: Array, upper: Array, rng: Generator
+    x: Array, y: Array, points: Indices, lower: Array, upper: Array, rng: Generator
 ) -> tuple[Array, Array]:
     """Return pairs crossed by Eq. (4).
 
@@ -70,7 +70,7 @@ def variable_precision_crossover(
     return first, second
 
 
-def orthogonal_array(factors: int) -> npt.NDArray[np.int64]:
+def orthogonal_array(factors: int) -> Indices:
     """Return the smallest two-level orthogonal array of strength two for so many factors, (experiments, factors).
 
     It is L_{2^k}(2^{2^k - 1}), of which spare columns are left out: in any two columns each of the four combinations
@@ -83,7 +83,7 @@ def orthogonal_array(factors: int) -> npt.NDArray[np.int64]:
     return np.sum(shared[..., None] >> np.arange(bits) & 1, axis=-1) % 2
 
 
-def best_levels(array: npt.NDArray[np.int64], errors: Array) -> npt.NDArray[np.int64]:
+def best_levels(array: Indices, errors: Array) -> Indices:
     """Return the better level of each factor, (pairs, factors), from the experiments' errors (pairs, experiments).
 
     The factors are judged one by one, by the sum of the errors of all experiments at either level: in an orthogonal

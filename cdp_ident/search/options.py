@@ -53,11 +53,7 @@ class GeneticOptions:
     """
 
     def __post_init__(self) -> None:
-        """Refuse settings that the algorithm has no meaning for.
-
-        Raises:
-            OptionError: names the setting, its value and its range.
-        """
+        """Refuse settings that the algorithm has no meaning for."""
         ranges = {
             "population": (4, 100_000),
             "generations": (0, 1_000_000),

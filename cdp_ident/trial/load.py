@@ -10,8 +10,7 @@ from pathlib import Path
 from cdp_ident.bag.metadata import read_custom_data
 from cdp_ident.bag.reader import read_joint_states
 from cdp_ident.errors import OptionError, OtherMotionError, TrialError
-from cdp_ident.model.weight_settings import ADDED, weights_of
-from cdp_ident.model.weights import Weight
+from cdp_ident.model.weights import ADDED, Weight, weights_of
 from cdp_ident.outside_text import shown
 from cdp_ident.trial.device_time import in_device_time
 from cdp_ident.trial.find import find_trial

@@ -3,7 +3,6 @@
 """Compiled code is fast, is kept only as long as it is good, and does the same wherever it was compiled."""
 
 import ast
-import collections
 import os
 import platform
 import re
@@ -20,13 +19,10 @@ import numpy as np
 import pytest
 
 from cdp_ident.machine import compilation
-from cdp_ident.model import advance, population
-from cdp_ident.model.circular import sine_and_cosine
-from cdp_ident.model.formulas import machine_code
+from cdp_ident.model import population, runge_kutta
+from cdp_ident.model.rates import sine_and_cosine
 
 PACKAGE = Path(compilation.__file__).parents[1]
-
-
 reads_assembly = pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads assembly of x86_64")
 
 
@@ -39,31 +35,38 @@ def loop_over_lanes():
     return numba.njit((table, reals, table, real, indices, table, table, reals), **options)(kernel.py_func)
 
 
-def _counted(assembly):
-    """Return how often each operation is there, on one number (sd) or on several (pd)."""
-    return collections.Counter(
-        re.findall(r"^\s+v?(div|mul|add|sub|fn?m(?:add|sub)\d*)(pd|sd)\b", assembly, re.MULTILINE)
-    )
+def counted(assembly):
+    """Return how many operations are on several numbers, and how many on one; and how many divide several."""
+    found = re.findall(r"^\s+v?(div|mul|add|sub|fn?m(?:add|sub)\d*)(pd|sd)\b", assembly, re.MULTILINE)
+    widths = [width for _, width in found]
+    return widths.count("pd"), widths.count("sd"), found.count(("div", "pd"))
+
+
+def run(program, *arguments, env=os.environ, **more):
+    """Return what a program prints, as another process."""
+    command = [sys.executable, "-c", program, *arguments]
+    environment = env | {"PYTHONPATH": os.pathsep.join(sys.path)} | {name: str(value) for name, value in more.items()}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True, timeout=300)
+    assert done.stderr == ""
+    return done.stdout
 
 
 @reads_assembly
 @pytest.mark.parametrize("states", [4, 6])
 def test_derivatives_are_moved_several_with_one_instruction(states):
-    module = llvm.parse_assembly(str(advance._module(states)))
-    count = _counted(machine_code._target().emit_assembly(module))
-    packed, scalar = (sum(count[key] for key in count if key[1] == width) for width in ("pd", "sd"))
+    module = llvm.parse_assembly(str(runge_kutta._module(states)))
+    packed, scalar, _ = counted(compilation._target().emit_assembly(module))
     # Two rods' slopes at each of four stages, of all numbers of the state.
-    assert packed > 4 * 2 * states, f"not vectorised: {count}"
+    assert packed > 4 * 2 * states
     assert packed > 5 * scalar
 
 
 @reads_assembly
 def test_the_loop_over_lanes_moves_several_members_with_one_instruction(loop_over_lanes):
     (assembly,) = loop_over_lanes.inspect_asm().values()
-    count = _counted(assembly)
-    packed, scalar = (sum(count[key] for key in count if key[1] == width) for width in ("pd", "sd"))
+    packed, scalar, divisions = counted(assembly)
     # Each of the four stages of a step divides once; a scalar copy of the loop remains for arrays that overlap.
-    assert count["div", "pd"] >= 4, f"not vectorised: {packed} packed and {scalar} scalar operations"
+    assert divisions >= 4, f"not vectorised: {packed} packed and {scalar} scalar operations"
     assert packed > 0.6 * scalar
 
 
@@ -72,32 +75,25 @@ def test_the_loop_over_lanes_brings_no_code_that_formats_messages(loop_over_lane
     assert "unicode" not in code
 
 
-@pytest.fixture
-def package(tmp_path, monkeypatch):
-    """A copy of the package whose files may be changed."""
+@pytest.mark.parametrize(
+    ("left_behind", "files"),
+    [
+        (True, ["model/rates.py", "model/effects/friction.py", "machine/compilation.py", "likelihood/sweeps.py"]),
+        (False, ["errors.py", "fit/noise.py", "model/formulas/laws.py"]),
+    ],
+)
+def test_kept_code_is_left_behind_when_any_compiled_file_changes_and_no_other_one(
+    tmp_path, monkeypatch, left_behind, files
+):
     copy = tmp_path / "cdp_ident"
     shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
     monkeypatch.setattr(compilation, "_PACKAGE", copy)
-    return copy
-
-
-@pytest.mark.parametrize(
-    "file", ["model/rates.py", "model/effects/friction.py", "machine/calls.py", "likelihood/sweeps.py"]
-)
-def test_kept_code_is_left_behind_when_any_compiled_file_changes(package, file):
-    before = compilation._cache_folder()
-    assert compilation._cache_folder() == before
-    with (package / file).open("a") as source:
-        source.write("# changed\n")
-    assert compilation._cache_folder() != before
-
-
-@pytest.mark.parametrize("file", ["errors.py", "fit/noise.py", "model/formulas/laws.py"])
-def test_kept_code_is_used_again_when_other_files_change(package, file):
-    before = compilation._cache_folder()
-    with (package / file).open("a") as source:
-        source.write("# changed\n")
-    assert compilation._cache_folder() == before
+    for file in files:
+        before = compilation._cache_folder()
+        assert compilation._cache_folder() == before
+        with (copy / file).open("a") as source:
+            source.write("# changed\n")
+        assert (compilation._cache_folder() != before) == left_behind, file
 
 
 def test_kept_code_is_where_the_user_keeps_caches(monkeypatch, tmp_path):
@@ -153,16 +149,8 @@ print(sum(second.stats.cache_hits.values()))
 
 
 def test_a_loop_that_closes_over_another_is_found_again_whatever_else_a_program_compiles(tmp_path):
-    program = tmp_path / "closure.py"
-    program.write_text(LOOP_THAT_CLOSES_OVER_ANOTHER)
-    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), "PYTHONPATH": os.pathsep.join(sys.path)}
-    found = [
-        subprocess.run(
-            [sys.executable, str(program), *first], env=environment, capture_output=True, text=True, check=True
-        ).stdout
-        for first in ([], ["another first"])
-    ]
-    assert [line.strip() for line in found] == ["0", "1"]
+    found = [run(LOOP_THAT_CLOSES_OVER_ANOTHER, *first, NUMBA_CACHE_DIR=tmp_path) for first in ([], ["another first"])]
+    assert found == ["0\n", "1\n"]
 
 
 def test_of_processes_that_lack_the_same_code_one_compiles_it(tmp_path):
@@ -200,16 +188,9 @@ for effect in CATALOGUE:
 @pytest.mark.campaign
 def test_kept_code_goes_together_with_code_compiled_since(tmp_path):
     def motions(order):
-        done = subprocess.run(
-            [sys.executable, "-c", MOTION_WITH_EACH_EFFECT, order],
-            env=os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)},
-            capture_output=True,
-            text=True,
-            check=True,
-            timeout=300,
-        )
+        lines = run(MOTION_WITH_EACH_EFFECT, order, NUMBA_CACHE_DIR=tmp_path).splitlines()
         # The last state of each: a base that moves has more numbers than the others.
-        return np.array([[float(number) for number in line.split()[:4]] for line in done.stdout.splitlines()])
+        return np.array([[float(number) for number in line.split()[:4]] for line in lines])
 
     compiled_and_kept = motions("at once")
     assert len(np.unique(compiled_and_kept, axis=0)) > 20  # else there is nothing to mix up
@@ -222,8 +203,8 @@ if sys.argv[1:]:
     resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))  # every file is full before its first byte
 import ctypes
 from cdp_ident.machine.compilation import compiled
-from cdp_ident.model.circular import sine_and_cosine
-from cdp_ident.model.formulas.machine_code import laws_in
+from cdp_ident.model.rates import sine_and_cosine
+from cdp_ident.model.formulas.compiled import laws_in
 numbers = (ctypes.c_double * 1)(3.0)
 laws = laws_in("def doubled(z, p, sums, rows):\\n    rows[0] = 2.0*p[0]\\n")
 ctypes.CFUNCTYPE(None, *[ctypes.POINTER(ctypes.c_double)] * 4)(laws.of("doubled"))(*[numbers] * 4)
@@ -241,17 +222,9 @@ def test_without_a_place_for_compiled_code_and_laws_all_is_made_all_the_same_and
 ):
     temporary = tmp_path / "temporary"
     temporary.mkdir()
-    kept = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"}
-    done = subprocess.run(
-        [sys.executable, "-c", NO_CACHE, *arguments],
-        env=kept | {"XDG_CACHE_HOME": str(tmp_path), "TMPDIR": str(temporary)} | changed,
-        cwd=Path(__file__).parents[2],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=300,
-    )
-    assert (done.stdout, done.stderr) == (f"{np.sin(0.5)} 6.0\n", "")
+    env = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"}
+    printed = run(NO_CACHE, *arguments, env=env, **{"XDG_CACHE_HOME": tmp_path, "TMPDIR": temporary} | changed)
+    assert printed == f"{np.sin(0.5)} 6.0\n"
     assert not list(temporary.iterdir())
 
 

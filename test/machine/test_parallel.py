@@ -22,12 +22,6 @@ def test_every_item_is_worked_on_once(monkeypatch, cores, count):
     assert sorted(done) == list(range(count))
 
 
-def test_parts_are_worked_on_at_the_same_time(monkeypatch):
-    monkeypatch.setattr(parallel, "core_count", lambda: 2)
-    both = threading.Barrier(2, timeout=30)
-    parallel.parallel_for(lambda first, last: both.wait(), 2)
-
-
 @pytest.mark.parametrize("broken", [0, 1])
 def test_an_error_in_any_part_reaches_the_caller(monkeypatch, broken):
     monkeypatch.setattr(parallel, "core_count", lambda: 2)
@@ -46,10 +40,11 @@ def test_results_come_in_the_order_of_the_items(monkeypatch, cores):
     assert list(parallel.parallel_map(lambda item: 2 * item, range(20))) == list(range(0, 40, 2))
 
 
-def test_items_are_worked_on_at_the_same_time():
+def test_parts_and_items_are_worked_on_at_the_same_time():
     if parallel.core_count() == 1:
         pytest.skip("this process may use one core only")
     both = threading.Barrier(2, timeout=30)
+    parallel.parallel_for(lambda first, last: both.wait(), 2)
     list(parallel.parallel_map(lambda item: both.wait(), range(2)))
 
 

@@ -7,27 +7,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cdp_ident.model.acting import NO_EFFECTS, ActingEffects, outer_rod_length
+from cdp_ident.model.acting import NO_EFFECTS, outer_rod_length
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import exclude_each_other
 from cdp_ident.model.motions import InitialValueProblem, motions, simulate
-from cdp_ident.model.parameters import NOMINAL, physical_coefficients
 from cdp_ident.model.time_grid import TimeGrid
+from scenarios.effects import COEFFICIENTS, EFFECTS, acting
 
-EFFECTS = {effect.key: effect for effect in CATALOGUE}
-COEFFICIENTS = physical_coefficients(NOMINAL)
 START = np.array([2.3, 1.4, 0.5, -1.0])
 GRID = TimeGrid.over(np.arange(40) / 100.0)
-U = np.zeros(2 * GRID.steps + 1)
-
-
-def acting(*keys, fitted=True):
-    chosen = [(EFFECTS[key], [p.typical for p in EFFECTS[key].parameters]) for key in keys]
-    return ActingEffects.of(chosen, 0.4, fitted=fitted)
 
 
 def derived(effects, start=START):
-    return motions([InitialValueProblem(COEFFICIENTS, start, GRID, U, effects)], derive=True)
+    return motions([InitialValueProblem(COEFFICIENTS, start, GRID, effects=effects)], derive=True)
 
 
 def test_a_rod_is_as_long_as_the_other_one_or_twice_as_long_as_to_its_centre():
@@ -49,7 +41,9 @@ def test_effects_act_the_same_in_any_order_each_on_its_own_states():
     keys = ("presliding_friction.inner", "coulomb_friction.outer", "pivot_compliance.base.oscillating")
     own = dict(zip(keys, ([0.2], [], [1e-3, 0.01]), strict=True))
     starts = (np.concatenate([START, *(own[key] for key in order)]) for order in (keys, keys[::-1]))
-    found, turned = (derived(acting(*order), start) for order, start in zip((keys, keys[::-1]), starts, strict=True))
+    found, turned = (
+        derived(acting(*order, fitted=True), start) for order, start in zip((keys, keys[::-1]), starts, strict=True)
+    )
     # In the first order presliding's state is number 4, in the second one number 6, and its two parameters are last.
     states = [0, 1, 2, 3, 6, 4, 5]
     directions = [*states, *range(7, 14), 18, 19, 17, 14, 15, 16]
@@ -59,10 +53,10 @@ def test_effects_act_the_same_in_any_order_each_on_its_own_states():
 
 
 def test_what_is_fitted_are_directions_but_for_what_defines_an_effect():
-    effects = acting("cogging_torque.inner.5 per turn", "joint_spring.outer")
+    effects = acting("cogging_torque.inner.5 per turn", "joint_spring.outer", fitted=True)
     assert effects.parameters == (0, 1, 3, 4)
     assert effects.directions == 4 + 7 + 4
-    assert acting("cogging_torque.inner.5 per turn", fitted=False).directions == 4 + 7
+    assert acting("cogging_torque.inner.5 per turn").directions == 4 + 7
     assert effects.without_directions().directions == 4
     few = derived(replace(effects, coefficients=(0, 6), parameters=(4,)))
     np.testing.assert_allclose(few.by, derived(effects).by[..., [0, 1, 2, 3, 4, 10, 14]], rtol=1e-9, atol=1e-12)
@@ -85,10 +79,10 @@ def test_there_is_room_for_all_effects_that_may_be_together_and_more_are_refused
         if not effect.harmonic and not any(exclude_each_other(effect, other) for other in together):
             together.append(effect)
     plain = [effect.key for effect in together if not effect.curve]
-    found = derived(acting(*plain))
+    found = derived(acting(*plain, fitted=True))
     assert found.ends.shape[1] == 4 + sum(effect.states for effect in together)
     assert np.all(np.isfinite(found.by))
     curves = [key for key, effect in EFFECTS.items() if effect.curve]
-    assert np.all(np.isfinite(derived(acting(*curves[:2])).by))
+    assert np.all(np.isfinite(derived(acting(*curves[:2], fitted=True)).by))
     with pytest.raises(ValueError, match="room for"):
-        derived(acting(*curves, *plain))
+        derived(acting(*curves, *plain, fitted=True))

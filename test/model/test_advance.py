@@ -8,20 +8,18 @@ import numpy as np
 import pytest
 
 from cdp_ident.model.acting import ActingEffects
-from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.motions import InitialValueProblem, motions
-from cdp_ident.model.parameters import physical_coefficients
 from cdp_ident.model.time_grid import TimeGrid
-from reference.pendulum import TABLE_3, TABLE_5
+from reference.pendulum import TABLE_3
+from scenarios.effects import COEFFICIENTS, EFFECTS, typical
 
-EFFECTS = {effect.key: effect for effect in CATALOGUE}
-COEFFICIENTS = physical_coefficients(TABLE_5)
 STARTS = {"onwards": [-1.0, 0.2, 4.7, 7.9], "to and fro": list(TABLE_3)}
 """From the first both joints turn on in the same direction, from the second they turn back."""
 AT_REST = [2.2, 2.6, 0.0, 0.0]
 SAMPLES = np.sort(np.random.default_rng(0).uniform(0.0, 0.8, 60))
 """Anywhere between the integrator's steps [s]."""
-BEGIN = 2.0
+BEGIN, INSTANT = 2.0, 2.31
+"""When samples begin in the trial, and when happens what does so at an instant [s]."""
 DIVIDED = ("stribeck_friction", "presliding_friction")
 """How their steps are divided depends on the motion, and differences would show it: without need, none is."""
 INEXACT = {
@@ -54,18 +52,13 @@ STICKING = {
 """Effects with which joints stop, stick and break loose."""
 
 
-def typical(effect):
-    values = [parameter.typical for parameter in effect.parameters]
-    return [values[0], BEGIN + 0.31, *values[2:]] if effect.at_an_instant else values
-
-
 def problem_of(effects, point, step=0.005, samples=SAMPLES):
     """Return the motion that numbers give: the start, the coefficients, and the parameters of all effects."""
     grid, states = TimeGrid.over(samples, step), 4 + sum(effect.states for effect in effects)
     of_each = np.split(point[states + 7 :], np.cumsum([len(effect.parameters) for effect in effects])[:-1])
-    acting = ActingEffects.of(list(zip(effects, of_each, strict=True)) if effects else [], 0.42, fitted=True)
+    effects = ActingEffects.of(list(zip(effects, of_each, strict=True)) if effects else [], 0.42, fitted=True)
     u = 0.5 * np.sin(5.0 * grid.half_step_times())
-    return InitialValueProblem(point[states : states + 7], point[:states], grid, u, acting, BEGIN)
+    return InitialValueProblem(point[states : states + 7], point[:states], grid, u, effects, BEGIN)
 
 
 def point_of(effects, values, start):
@@ -120,7 +113,7 @@ def test_derivatives_of_the_paper_s_motion_are_those_of_differences():
 def test_derivatives_with_an_effect_are_those_of_differences(key, start):
     effect = EFFECTS[key]
     step, tolerance = (0.001 if effect.name in DIVIDED else 0.002), INEXACT.get(effect.name, 3e-6)
-    assert_derivatives_are_those_of_differences([effect], [typical(effect)], start, tolerance, step=step)
+    assert_derivatives_are_those_of_differences([effect], [typical(effect, INSTANT)], start, tolerance, step=step)
 
 
 def test_derivatives_of_several_effects_together_are_those_of_differences():
@@ -130,7 +123,7 @@ def test_derivatives_of_several_effects_together_are_those_of_differences():
         "time_offset.outer", "backlash.outer", "encoder_scale.inner",
     )  # fmt: skip
     effects = [EFFECTS[key] for key in keys]
-    values = [typical(effect) for effect in effects]
+    values = [typical(effect, INSTANT) for effect in effects]
     values[keys.index("pivot_compliance.base.oscillating")][1] = 30.0
     assert_derivatives_are_those_of_differences(effects, values, STARTS["onwards"], 1e-3, step=0.001)
 
@@ -146,10 +139,14 @@ def test_derivatives_go_across_where_joints_stop_stick_and_break_loose(given, st
 @pytest.mark.parametrize("key", [key for key, effect in EFFECTS.items() if effect.has_score])
 def test_an_effect_of_no_strength_changes_nothing_but_has_the_derivatives_of_its_whole_law(key):
     effect = EFFECTS[key]
-    absent = [v if p.shape or p.fixed else 0.0 for p, v in zip(effect.parameters, typical(effect), strict=True)]
+    absent = [
+        v if p.shape or p.fixed else 0.0 for p, v in zip(effect.parameters, typical(effect, INSTANT), strict=True)
+    ]
     point = point_of([effect], [absent], STARTS["to and fro"])
     point[4 : 4 + effect.states] = 0.0
-    zero, some = (problem_of([effect], np.append(point[: -len(absent)], each)) for each in (absent, typical(effect)))
+    zero, some = (
+        problem_of([effect], np.append(point[: -len(absent)], each)) for each in (absent, typical(effect, INSTANT))
+    )
     # Beside a motion that has the effect, the law is computed as a whole.
     alone, beside = motions([zero], derive=True), motions([zero, some], derive=True)
     plain = motions([replace(zero, effects=ActingEffects())])

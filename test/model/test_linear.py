@@ -6,7 +6,6 @@ from hypothesis import given
 from scipy.signal import StateSpace
 
 from cdp_ident.errors import OptionError
-from cdp_ident.model.acting import ActingEffects
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.equilibria import EQUILIBRIA
 from cdp_ident.model.linear import STATES, Mode, linearize, without_linear_part
@@ -15,6 +14,7 @@ from cdp_ident.model.parameters import SYMBOLS, inertia_about_cart, physical_coe
 from reference import pendulum
 from reference.pendulum import TABLE_2
 from reference.strategies import pendulums
+from scenarios.effects import acting
 
 RODS = [1, 2, 4, 5]
 COEFFICIENTS = physical_coefficients(TABLE_2)
@@ -30,12 +30,6 @@ def differences(accelerations, theta, step=1e-5):
         for nudge in step * np.eye(5)
     ]
     return np.column_stack(columns) / (2.0 * step)
-
-
-def acting(*effects):
-    """Return effects of the catalogue, given as key and values over A22."""
-    by_key = {effect.key: effect for effect in CATALOGUE}
-    return ActingEffects.of([(by_key[key], values) for key, *values in effects], 0.4)
 
 
 @equilibria
@@ -60,7 +54,7 @@ def test_the_cart_is_a_double_integrator_of_the_input_and_scipy_takes_the_matric
 
 def test_springs_add_their_stiffness():
     inner, outer = 3.0, 5.0
-    springs = acting(("joint_spring.inner", inner, 0.0), ("joint_spring.outer", outer, 0.0))
+    springs = acting(("joint_spring.inner", [inner, 0.0]), ("joint_spring.outer", [outer, 0.0]))
 
     def accelerations(state, u):
         across = -outer * (state[1] - state[0]) * A22
@@ -74,7 +68,7 @@ def test_springs_add_their_stiffness():
 
 @pytest.mark.parametrize("near", [EQUILIBRIA["upright"], EQUILIBRIA["hanging"]])
 def test_a_base_that_is_not_level_shifts_the_equilibrium_and_nothing_of_the_rods(near):
-    tilted, level = linearize(COEFFICIENTS, near, acting(("gravity_tilt.base", 0.05))), linearize(COEFFICIENTS, near)
+    tilted, level = linearize(COEFFICIENTS, near, acting(("gravity_tilt.base", [0.05]))), linearize(COEFFICIENTS, near)
     np.testing.assert_allclose(tilted.theta, np.array(near) + 0.05, atol=1e-10)
     np.testing.assert_allclose(tilted.A, level.A, atol=1e-5)
 
@@ -83,7 +77,7 @@ def test_a_compliant_base_adds_its_acceleration_to_the_rods():
     compliance = 1e-4
     at = EQUILIBRIA["hanging"]
     stiff = linearize(COEFFICIENTS, at)
-    soft = linearize(COEFFICIENTS, at, acting(("pivot_compliance.base", compliance)))
+    soft = linearize(COEFFICIENTS, at, acting(("pivot_compliance.base", [compliance])))
     # The cart moves by x = -compliance h theta'' under the rods' horizontal pull, theta the deviations from hanging.
     rods = stiff.A[np.ix_(RODS, RODS)]
     A23, _, a1, _, _, L, _ = COEFFICIENTS
@@ -102,46 +96,34 @@ def test_a_compliant_base_adds_its_acceleration_to_the_rods():
 )
 def test_an_effect_has_a_linear_part_just_where_the_smallest_motions_feel_it_in_proportion(effect):
     typical = [parameter.typical for parameter in effect.parameters]
-    alone = ActingEffects.of([(effect, typical)], 0.4)
+    alone, still, late = acting((effect, typical)), np.zeros(1), np.full(1, 10.0 if effect.at_an_instant else 0.0)
 
     def added(state):
-        at, late = state[None], np.full(1, 10.0 if effect.at_an_instant else 0.0)
-        return accelerations_at(COEFFICIENTS, at, np.zeros(1), alone, late) - accelerations_at(
-            COEFFICIENTS, at, np.zeros(1)
-        )
+        moved = accelerations_at(COEFFICIENTS, state[None], still, alone, late)
+        return moved - accelerations_at(COEFFICIENTS, state[None], still)
 
-    size = 1e-7
-    rest = np.array([*EQUILIBRIA["hanging"], 0.0, 0.0])
-    towards = np.array([1.0, 2.0, 1.0, 2.0])
-    change = (
-        np.abs(added(rest + size * towards) - added(rest - size * towards)).max() + size * np.abs(added(rest)).max()
-    )
+    size, rest = 1e-7, np.array([*EQUILIBRIA["hanging"], 0.0, 0.0])
+    away = size * np.array([1.0, 2.0, 1.0, 2.0])
+    change = np.abs(added(rest + away) - added(rest - away)).max() + size * np.abs(added(rest)).max()
     is_linear = effect not in without_linear_part(COEFFICIENTS, EQUILIBRIA["hanging"], alone)
     assert is_linear == (not effect.dry and change > 1e-3 * size * abs(typical[0]))
 
 
 @pytest.mark.parametrize(
-    "effect",
+    "key",
     [
-        ("coulomb_friction.inner", 0.5),
-        ("stribeck_friction.outer", 0.5, 0.2, 0.5),
-        ("load_friction.inner", 0.002, 7.0),
-        ("quadratic_friction.outer", 0.1),
-        ("air_drag.outer.strips", 0.1, 1.0),
-        ("impulse.inner", 0.1, 0.0),
-        ("presliding_friction.outer", 0.5, 0.02),
-        ("encoder_scale.inner", 0.1),
+        "coulomb_friction.inner", "stribeck_friction.outer", "load_friction.inner", "quadratic_friction.outer",
+        "air_drag.outer.strips", "impulse.inner", "presliding_friction.outer", "encoder_scale.inner",
     ],
-    ids=lambda effect: effect[0],
-)
-def test_what_has_no_linear_part_changes_nothing(effect):
+)  # fmt: skip
+def test_what_has_no_linear_part_changes_nothing(key):
     plain = linearize(COEFFICIENTS, EQUILIBRIA["upright"])
-    np.testing.assert_array_equal(linearize(COEFFICIENTS, EQUILIBRIA["upright"], acting(effect)).A, plain.A)
+    np.testing.assert_array_equal(linearize(COEFFICIENTS, EQUILIBRIA["upright"], acting(key)).A, plain.A)
 
 
 def test_a_spring_that_is_stronger_than_gravity_leaves_nothing_upright():
     with pytest.raises(OptionError, match="do not rest"):
-        linearize(COEFFICIENTS, EQUILIBRIA["upright"], acting(("joint_spring.inner", 40.0, 0.0)))
+        linearize(COEFFICIENTS, EQUILIBRIA["upright"], acting(("joint_spring.inner", [40.0, 0.0])))
 
 
 @given(values=pendulums())

@@ -12,16 +12,15 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 
 from cdp_ident.errors import OptionError
-from cdp_ident.model.acting import ActingEffects
-from cdp_ident.model.effects.catalogue import CATALOGUE
-from cdp_ident.model.effects.motors import MOTORS
-from cdp_ident.model.motions import InitialValueProblem, motions, simulate
-from cdp_ident.model.parameters import SYMBOLS, groups_of, inertia_about_cart, physical_coefficients
+from cdp_ident.model.effects.forces import MOTORS
+from cdp_ident.model.motions import InitialValueProblem, accelerations_at, motions, simulate
+from cdp_ident.model.parameters import SYMBOLS, groups_of, physical_coefficients
 from cdp_ident.model.time_grid import DEFAULT_STEP, TimeGrid
 from reference import pendulum
 from reference.pendulum import TABLE_2, TABLE_3, TABLE_5, TIME
 from reference.strategies import pendulums, starts
 from scenarios.driven import FRICTION, NOISE, START, driven_by_motors
+from scenarios.effects import A22, COEFFICIENTS, EFFECTS, acting
 
 ON_THE_GRID = np.arange(0, 10.0005, 0.005)
 ANYWHERE = np.sort(np.random.default_rng(7).uniform(0, 10, 1500))
@@ -175,7 +174,6 @@ def test_arguments_that_make_no_sense_are_refused(coefficients, start, times, u,
         simulate(np.asarray(coefficients), np.asarray(start), np.asarray(times), u, step)
 
 
-EFFECTS = {effect.key: effect for effect in CATALOGUE}
 TOGETHER = ("stribeck_friction.inner", "load_friction.outer", "geared_rotor.outer", "impulse.inner", "backlash.outer")
 KEYS = pytest.mark.parametrize("keys", [(), TOGETHER, ("presliding_friction.inner",)], ids=len)
 
@@ -185,7 +183,7 @@ def window(rng, keys=(), samples=100, step=0.005, start=TABLE_3):
     grid = TimeGrid.over(np.sort(rng.uniform(0.0, 0.01 * samples, samples)), step)
     coefficients = physical_coefficients(TABLE_5) * rng.uniform(0.98, 1.02, 7)
     effects = [
-        (EFFECTS[key], [p.typical * (1.0 if p.fixed else rng.uniform(0.8, 1.2)) for p in EFFECTS[key].parameters])
+        (key, [p.typical * (1.0 if p.fixed else rng.uniform(0.8, 1.2)) for p in EFFECTS[key].parameters])
         for key in keys
     ]
     return InitialValueProblem(
@@ -193,7 +191,7 @@ def window(rng, keys=(), samples=100, step=0.005, start=TABLE_3):
         np.array(start) + rng.normal(scale=0.1, size=4),
         grid,
         0.5 * np.sin(rng.uniform(1.0, 5.0) * grid.half_step_times()),
-        ActingEffects.of(effects, 0.4, fitted=True),
+        acting(*effects, fitted=True),
     )
 
 
@@ -284,16 +282,70 @@ def test_states_are_asked_for_in_the_place_of_readings_and_end_where_the_last_st
 
 def test_motors_torques_move_the_rods_as_in_the_reference():
     trial = driven_by_motors(1, lag=0.0)
-    of_rig = physical_coefficients(TABLE_5)
-    inertia = float(inertia_about_cart(np.array([TABLE_5[symbol] for symbol in SYMBOLS]), TABLE_5["L"]))
     grid = TimeGrid.over(trial.time, 0.0025)
-    friction = next(effect for effect in CATALOGUE if effect.key == "quadratic_friction.outer")
-    acting = ActingEffects.of(
-        [(MOTORS, [1.0 / inertia, 0.0, 0.0, 0.0]), (friction, [FRICTION / inertia])], TABLE_5["L"]
-    )
+    effects = acting((MOTORS, [1.0 / A22, 0.0, 0.0, 0.0]), ("quadratic_friction.outer", [FRICTION / A22]))
     drive = grid.at_half_steps(trial.time, trial.torques)
-    problem = InitialValueProblem(of_rig, START, grid, np.zeros(2 * grid.steps + 1), acting, drive=drive)
+    problem = InitialValueProblem(COEFFICIENTS, START, grid, effects=effects, drive=drive)
     theta = motions([problem], shown=False).states[:, :2]
     assert np.std(theta - trial.theta) < 2.0 * NOISE
     still = motions([replace(problem, drive=None)], shown=False).states[:, :2]
     assert np.std(still - trial.theta) > 0.1
+
+
+def rates(state):
+    return np.concatenate([state[2:], accelerations_at(COEFFICIENTS, state[None], np.zeros(1))[0]])
+
+
+def with_undivided_steps(start, h, count):
+    states = [start]
+    for _ in range(count):
+        y = states[-1]
+        k1 = rates(y)
+        k2 = rates(y + 0.5 * h * k1)
+        k3 = rates(y + 0.5 * h * k2)
+        states.append(y + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + rates(y + h * k3)))
+    return np.array(states)
+
+
+@pytest.mark.parametrize(("fast", "divided"), [(0.0, False), (12.0, True)])
+def test_a_step_is_divided_where_a_motion_asks_for_it(fast, divided):
+    start, h = np.add(TABLE_3, [0.0, 0.0, fast, -fast]), 0.02 if divided else 0.005
+    times = h * np.arange(31)
+    found, undivided = simulate(COEFFICIENTS, start, times, step=h), with_undivided_steps(start, h, 30)
+    if not divided:
+        np.testing.assert_allclose(found, undivided, rtol=0, atol=1e-11)
+    exact = pendulum.motion(TABLE_5, start, times)
+    assert np.abs(found - exact)[:, :2].max() < 1e-5
+    assert (np.abs(undivided - exact)[:, :2].max() > 3e-5) == divided
+
+
+def test_a_motion_that_becomes_infinite_within_a_step_is_given_up():
+    """What moves along with the cart is lighter than the rods, which no cart is: the inertia passes through zero."""
+    coefficients = np.array(
+        [0.15117463568005213, 0.10626842882317278, 8.983200174583285, 0.3433203943053101, 0.025157550517132414,
+         0.15117463568005213 / 1.2589742355007962, 9.81]
+    )  # fmt: skip
+    start = np.array(
+        [3.8712500602911764, 38.01969678824838, -3.1637829162871043, -2.077637679905242, -0.017786062414330065,
+         0.10021555745457902]
+    )  # fmt: skip
+    grid = TimeGrid.over(np.arange(79) * 0.001688120913358211, 0.001688120913358211)
+    effects = acting(
+        ("coulomb_friction.inner", [0.10093879122293042]),
+        ("pivot_compliance.base.oscillating", [2.161700206447164e-05, 24.402744155425612, 0.0]),
+        fitted=True,
+    )
+    found = motions([InitialValueProblem(coefficients, start, grid, effects=effects)], derive=True)
+    assert np.all(np.isfinite(found.readings[:50]))
+    for lost in (found.readings[-1], found.by[-1], found.ends, found.ends_by):
+        assert np.all(np.isnan(lost))
+
+
+@pytest.mark.parametrize("effects", [(), (("coulomb_friction.outer", [0.2]),)], ids=["alone", "with friction"])
+def test_a_rod_that_no_step_resolves_is_given_up_from_there_on(effects):
+    grid, starts = TimeGrid.over(np.arange(200) / 200.0), np.array([[1.0, 2.0, -3e5, 1e5], [1.0, 2.0, 20.0, 30.0]])
+    fast, quick = (InitialValueProblem(COEFFICIENTS, start, grid, effects=acting(*effects)) for start in starts)
+    lost = motions([fast], derive=True)
+    assert np.all(np.isnan(lost.readings))
+    assert np.all(np.isnan(lost.by))
+    assert np.all(np.isfinite(motions([quick]).readings))

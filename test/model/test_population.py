@@ -40,31 +40,13 @@ def segments():
     ]
 
 
-@pytest.fixture
-def cores(monkeypatch):
-    def pretend(count):
-        monkeypatch.setattr(parallel, "core_count", lambda: count)
-
-    return pretend
-
-
 def test_errors_are_those_of_each_simulated_alone(segments):
+    def alone(pendulum, each):
+        u = inputs_at_half_steps(each, TimeGrid.over(each.time))[:, 0]
+        return np.sum((simulate(pendulum, each.start, each.time, u)[:, :2] - each.theta) ** 2)
+
     pendulums = members(21)
-    expected = [
-        [
-            np.sum(
-                (
-                    simulate(
-                        pendulum, each.start, each.time, inputs_at_half_steps(each, TimeGrid.over(each.time))[:, 0]
-                    )[:, :2]
-                    - each.theta
-                )
-                ** 2
-            )
-            for each in segments
-        ]
-        for pendulum in pendulums
-    ]
+    expected = [[alone(pendulum, each) for each in segments] for pendulum in pendulums]
     # Alone, steps that are too long for a wild pendulum are divided; in lanes side by side they cannot be.
     np.testing.assert_allclose(Population(segments).squared_errors(pendulums), expected, rtol=1e-6)
 
@@ -81,13 +63,12 @@ def test_the_step_is_the_callers():
     assert 0 < abs(coarse[0, 0] / fine[0, 0] - 1) < 0.01
 
 
-@pytest.mark.parametrize("count", [1, 2, 3, 5])
-def test_the_number_of_cores_changes_nothing(segments, cores, count):
-    pendulums = members(100)
-    cores(1)
-    alone = Population(segments).squared_errors(pendulums)
-    cores(count)
-    np.testing.assert_array_equal(Population(segments).squared_errors(pendulums), alone)
+def test_the_number_of_cores_changes_nothing(segments, monkeypatch):
+    found = []
+    for count in (1, 2, 3, 5):
+        monkeypatch.setattr(parallel, "core_count", lambda count=count: count)
+        found.append(Population(segments).squared_errors(members(100)))
+    assert all(np.array_equal(errors, found[0]) for errors in found)
 
 
 @pytest.mark.parametrize("size", [1, 15, 16, 17, 40])

@@ -10,11 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cdp_ident.model.acting import ActingEffects
-from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.model.motions import InitialValueProblem, motions, readings_of, simulate
-from cdp_ident.model.parameters import physical_coefficients
 from cdp_ident.model.time_grid import TimeGrid
 from reference import encoders, hidden_effects
 from reference.dry_friction import DryFriction
@@ -23,18 +20,16 @@ from reference.mechanics import Rig
 from reference.pendulum import TABLE_5
 from reference.plant import Plant
 from reference.sticking import path
+from scenarios.effects import A22, COEFFICIENTS, EFFECTS, acting
 
 V = TABLE_5
-A22 = V["m1"] * V["l1"] ** 2 + V["J1"] + (V["m2"] + V["m0"]) * V["L"] ** 2
 COMPLIANCE = 2e-3
 """Deflection of the inner rod's end over the force there [m/N]."""
 SAG = COMPLIANCE * (V["m2"] + V["m0"]) * V["g"] / V["L"]
 SWING = COMPLIANCE * V["m2"] * V["l2"] * V["g"] / V["L"] ** 2
-COEFFICIENTS = physical_coefficients(V)
 START = np.array([np.pi + 1.3, np.pi - 1.9, 0.0, 0.0])
 TIME = 0.05 + np.arange(200) / 100.0
 DENSE = np.arange(41001) / 2e4
-EFFECTS = {effect.key: effect for effect in CATALOGUE}
 PHASE = np.random.default_rng(0).uniform(-math.pi, math.pi)
 """Of an eccentric disc, as the independent description draws it [rad]."""
 
@@ -46,10 +41,8 @@ def rods(times):
 
 def problem(effects, start=START, time=TIME, begin=0.0):
     """Return a motion with effects, given by key or as they are."""
-    chosen = [(EFFECTS.get(effect, effect), values) for effect, *values in effects]
-    grid = TimeGrid.over(time, 0.001)
-    acting = ActingEffects.of(chosen, 0.4, fitted=True)
-    return InitialValueProblem(COEFFICIENTS, start, grid, np.zeros(2 * grid.steps + 1), acting, begin)
+    chosen = acting(*((effect, values) for effect, *values in effects), fitted=True)
+    return InitialValueProblem(COEFFICIENTS, start, TimeGrid.over(time, 0.001), effects=chosen, begin=begin)
 
 
 def shown(*effects, **given):
@@ -142,8 +135,7 @@ def test_an_encoder_with_play_follows_a_given_motion_as_described_independently(
     speed = sum(size * rate * np.sin(rate * time) for size, rate in waves)
     given = np.zeros((len(time), 7))
     given[:, 0], given[:, 2] = angle, speed
-    acting = ActingEffects.of([(EFFECTS["backlash.inner"], [gap])], 0.4)
-    found = readings_of(COEFFICIENTS, given, np.zeros((2, 1)), 5e-4, acting)
+    found = readings_of(COEFFICIENTS, given, np.zeros((2, 1)), 5e-4, acting(("backlash.inner", [gap])))
     expected = hidden_effects.backlash("inner").reading(time, lambda times: given[:, :4], V, 0.5 * gap)[:, 0]
     np.testing.assert_allclose(found[:, 0] - angle, expected, atol=1e-5)
 
@@ -166,9 +158,8 @@ def test_a_rod_that_bends_does_so_as_described_independently_also_where_joints_s
 
 def bend(theta1, theta2=0.0, alpha1=0.0, cart=0.0):
     """Return by how much both encoders are off, given a rod that is bent by its own weight alone."""
-    acting = ActingEffects.of([(EFFECTS["rod_flex.inner"], [1.0, 0.0])], 0.4)
-    motion = np.array([[theta1, theta2, 0.0, 0.0, alpha1, 0.0, cart]])
-    return (readings_of(COEFFICIENTS, motion, np.zeros((2, 0)), 0.01, acting) - [theta1, theta2 - theta1])[0]
+    motion, flex = np.array([[theta1, theta2, 0.0, 0.0, alpha1, 0.0, cart]]), acting(("rod_flex.inner", [1.0, 0.0]))
+    return (readings_of(COEFFICIENTS, motion, np.zeros((2, 0)), 0.01, flex) - [theta1, theta2 - theta1])[0]
 
 
 def test_a_rod_that_falls_freely_along_its_end_is_straight_and_a_cart_bends_it_as_gravity_would():

@@ -7,10 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from cdp_ident.model.acting import ActingEffects
-from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.motions import simulate
-from cdp_ident.model.parameters import SYMBOLS, inertia_about_cart, physical_coefficients
 from cdp_ident.model.time_grid import DEFAULT_STEP, TimeGrid
 from reference import torques
 from reference.dry_friction import NO_FRICTION, DryFriction
@@ -18,10 +15,8 @@ from reference.mechanics import Rig
 from reference.pendulum import TABLE_5
 from reference.plant import Plant
 from reference.sticking import motion, path
+from scenarios.effects import A22, COEFFICIENTS, acting
 
-EFFECTS = {effect.key: effect for effect in CATALOGUE}
-COEFFICIENTS = physical_coefficients(TABLE_5)
-A22 = float(inertia_about_cart([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"]))
 TIMES = np.arange(2001) * 0.005
 START = np.array([np.pi + 0.7, np.pi - 0.5, 0.0, 0.0])
 """A start from which the motion is regular: what is wrong by a little stays so."""
@@ -34,14 +29,14 @@ def friction_of(joint, values):
     if not values:
         return [], NO_FRICTION
     if len(values) == 1:
-        return [(EFFECTS[f"coulomb_friction.{joint}"], values)], DryFriction(torque=values[0] * A22)
+        return [(f"coulomb_friction.{joint}", values)], DryFriction(torque=values[0] * A22)
     torque, extra, speed = values
     friction = DryFriction(torque=torque * A22, extra=extra * A22, speed=speed)
-    return [(EFFECTS[f"stribeck_friction.{joint}"], values)], friction
+    return [(f"stribeck_friction.{joint}", values)], friction
 
 
 def simulated(effects, start=START, times=TIMES, step=DEFAULT_STEP, u=None):
-    return simulate(COEFFICIENTS, start, times, u, step, ActingEffects.of(effects, 0.4))
+    return simulate(COEFFICIENTS, start, times, u, step, acting(*effects))
 
 
 def both(inner, outer):
@@ -93,7 +88,7 @@ def test_friction_by_a_bearing_s_load_is_the_reference_s(joint):
     dry = {"inner": NO_FRICTION, "outer": NO_FRICTION, joint: friction}
     with_load = motion(TABLE_5, START, TIMES, dry["inner"], dry["outer"])
     without = motion(TABLE_5, START, TIMES)
-    found = simulated([(EFFECTS[f"load_friction.{joint}"], (lever, mass / A22))])
+    found = simulated([(f"load_friction.{joint}", (lever, mass / A22))])
     # The load is taken from the motion without friction, which differs by as little as friction is against gravity.
     assert np.abs(found - with_load)[:, :2].max() < 0.01 * np.abs(without - with_load)[:, :2].max()
 
@@ -179,7 +174,7 @@ def test_a_cart_that_shakes_breaks_a_joint_loose():
 @pytest.mark.parametrize("over", [0.1, 0.6])
 def test_presliding_friction_is_the_reference_s(joint, give, over):
     times = TIMES[:300]
-    found = simulated([(EFFECTS[f"presliding_friction.{joint}"], [over, give])], WIDE, times)
+    found = simulated([(f"presliding_friction.{joint}", [over, give])], WIDE, times)
     given = torques.dahl(joint, over * A22, over * A22 / give)
     expected = motion(TABLE_5, WIDE, times, torques=[given])
     assert np.abs(found[:, :4] - simulated([], WIDE, times)).max() > 1e-2

@@ -1,6 +1,6 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -10,17 +10,10 @@ from hypothesis import strategies as st
 from cdp_ident.errors import OptionError
 from cdp_ident.machine import parallel
 from cdp_ident.search.genetic_search import genetic_search
-from cdp_ident.search.options import IGA, METHODS, TGA
+from cdp_ident.search.options import IGA, METHODS, TGA, GeneticOptions
 from scenarios.search_problem import LOWER, PAPER_IGA_ERROR, UPPER, twin_objective
 
-IMPROVEMENTS = (
-    "hamming_pairing",
-    "variable_precision",
-    "orthogonal_experiments",
-    "feedback_mutation",
-    "logarithmic_fitness",
-    "elitist_survival",
-)
+IMPROVEMENTS = [field.name for field in fields(IGA) if isinstance(getattr(IGA, field.name), bool)]
 SHORT = {"population": 40, "generations": 30}
 BOX = np.array([-1.0, 2.0, 0.1, 5.0, -3.0]), np.array([1.0, 4.0, 0.2, 5.0, 8.0])
 """Five genes, the fourth of which is fixed."""
@@ -30,6 +23,17 @@ def bowl(chromosomes):
     """Return a smooth error, coupled between genes, with its minimum of 0 in the box."""
     z = (chromosomes - [0.3, 2.7, 0.16, 5.0, 1.0]) / [2.0, 2.0, 0.1, 1.0, 11.0]
     return 100 * np.sum(z**2, axis=1) + 100 * (z[:, 0] + z[:, 1] - z[:, 4]) ** 2
+
+
+def recorded(error=bowl):
+    """Return an objective, and the list of what it is asked for."""
+    asked = []
+
+    def objective(chromosomes):
+        asked.append(chromosomes.copy())
+        return error(chromosomes)
+
+    return objective, asked
 
 
 def search(objective, options, seed=1, **more):
@@ -52,12 +56,7 @@ def each_switched():
 
 @pytest.mark.parametrize("options", each_switched())
 def test_every_combination_of_improvements_searches_the_box_with_its_whole_population(options):
-    asked, populations = [], []
-
-    def objective(chromosomes):
-        asked.append(chromosomes.copy())
-        return bowl(chromosomes)
-
+    (objective, asked), populations = recorded(), []
     result = search(objective, options, stop=lambda progress: populations.append(progress.evaluations))
     everything = np.concatenate(asked)
     assert len(asked[0]) == SHORT["population"]
@@ -78,14 +77,9 @@ EACH = pytest.mark.parametrize("options", METHODS.values(), ids=METHODS)
 
 @EACH
 def test_the_best_of_all_chromosomes_ever_tried_is_returned_and_told_all_the_way(options):
-    tried, seen = [], []
-
-    def objective(chromosomes):
-        tried.append(bowl(chromosomes))
-        return tried[-1]
-
+    (objective, tried), seen = recorded(), []
     result = search(objective, options, stop=seen.append)
-    assert result.error == np.concatenate(tried).min()
+    assert result.error == bowl(np.concatenate(tried)).min()
     assert bowl(result.best[None])[0] == result.error
     assert [progress.generation for progress in seen] == list(range(SHORT["generations"] + 1))
     assert tuple(progress.error for progress in seen) == result.history
@@ -140,44 +134,28 @@ def test_errors_that_are_not_finite_and_errors_of_zero_are_survived(options, use
 
 
 @EACH
-def test_without_generations_the_best_of_the_first_population_is_returned(options):
-    result = genetic_search(bowl, *BOX, replace(options, generations=0), np.random.default_rng(1))
-    assert result.evaluations == options.population
-    assert result.completed
-
-
 @given(
-    population=st.integers(4, 31),
     genes=st.integers(1, 12),
-    crossover_rate=st.floats(0, 1),
-    mutation_rate=st.floats(0, 1),
-    method=st.sampled_from(list(METHODS.values())),
+    population=st.integers(4, 31),
+    generations=st.sampled_from([0, 5]),
+    rates=st.tuples(st.floats(0, 1), st.floats(0, 1)),
 )
-def test_any_settings_in_range_give_a_result(population, genes, crossover_rate, mutation_rate, method):
-    options = replace(
-        method, population=population, generations=5, crossover_rate=crossover_rate, mutation_rate=mutation_rate
-    )
-    sizes = []
-
-    def objective(chromosomes):
-        sizes.append(len(chromosomes))
-        return np.sum(chromosomes**2, axis=1)
-
+def test_any_settings_in_range_give_a_result_none_but_the_best_of_the_first_without_generations(
+    options, genes, population, generations, rates
+):
+    sizes = {"population": population, "generations": generations}
+    options = replace(options, **sizes, crossover_rate=rates[0], mutation_rate=rates[1])
+    objective, asked = recorded(lambda chromosomes: np.sum(chromosomes**2, axis=1))
     result = genetic_search(objective, -np.ones(genes), np.ones(genes), options, np.random.default_rng(1))
     assert result.completed
     assert result.best.shape == (genes,)
-    if not options.elitist_survival:
-        assert sizes == [population] * 6
+    if not (options.elitist_survival and generations):
+        assert [len(each) for each in asked] == [population] * (generations + 1)
 
 
 @EACH
 def test_without_crossover_and_mutation_nothing_new_appears(options):
-    tried = []
-
-    def objective(chromosomes):
-        tried.append(chromosomes)
-        return bowl(chromosomes)
-
+    objective, tried = recorded()
     search(objective, replace(options, crossover_rate=0.0, mutation_rate=0.0))
     first = {tuple(row) for row in tried[0]}
     assert {tuple(row) for later in tried for row in later} == first
@@ -206,12 +184,7 @@ def test_mutation_is_by_feedback_where_the_population_is_more_alike_than_alpha()
 
 
 def test_feedback_mutants_lie_near_the_best_chromosome_before_them():
-    asked, best = [], []
-
-    def objective(chromosomes):
-        asked.append(chromosomes.copy())
-        return bowl(chromosomes)
-
+    (objective, asked), best = recorded(), []
     search(objective, replace(IGA, feedback_threshold=0.0), stop=lambda progress: best.append(progress.best))
     # A generation asks for its experiments, then for its offspring with the mutant at their end.
     for chromosome, offspring in zip(best[:-1], asked[2::2], strict=True):
@@ -241,3 +214,40 @@ def test_with_the_papers_settings_the_improved_algorithm_beats_the_papers_error_
     traditional = median_error(twin_error, TGA, range(10))
     assert improved < PAPER_IGA_ERROR
     assert improved < traditional / 3
+
+
+def test_the_traditional_algorithm_has_the_settings_of_section_4_2():
+    assert (TGA.population, TGA.generations, TGA.crossover_rate, TGA.mutation_rate) == (200, 500, 1.0, 0.1)
+
+
+def test_the_improved_algorithm_has_the_settings_of_section_4_3():
+    assert (IGA.population, IGA.generations, IGA.crossover_rate, IGA.mutation_rate) == (200, 500, 0.2, 0.02)
+    assert (IGA.feedback_threshold, IGA.feedback_scale, IGA.feedback_spread) == (0.95, 0.95, 0.10)
+    assert IGA.fitness_offset == 32.0
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("population", 3),
+        ("population", 10**6),
+        ("generations", -1),
+        ("crossover_rate", 1.1),
+        ("mutation_rate", -0.1),
+        ("mutation_rate", float("nan")),
+        ("feedback_threshold", 2.0),
+        ("feedback_scale", -0.5),
+        ("feedback_spread", 1.5),
+        ("fitness_offset", -1.0),
+        ("fitness_error_limit", 0.0),
+        ("fitness_error_limit", 1585.0),
+        ("fitness_error_limit", float("nan")),
+    ],
+)
+def test_a_setting_without_meaning_is_refused_by_name(name, value):
+    with pytest.raises(OptionError, match=rf"search option {name} is {value}"):
+        GeneticOptions(**{name: value})
+
+
+def test_the_limit_of_errors_does_not_matter_to_inverse_fitness():
+    assert replace(TGA, fitness_error_limit=1e6).fitness_error_limit == 1e6

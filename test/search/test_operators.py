@@ -19,13 +19,10 @@ def chromosomes(count, rng):
     return rng.uniform(LOWER, UPPER, (count, len(LOWER)))
 
 
-def on_grid(values, lower, upper):
-    """Return whether values lie on the grid of eleven over their range."""
+def betas(values, lower, upper):
+    """Return for which beta values are at that share of the way from one to the other (..., 11)."""
     grid = lower[..., None] + TENTHS * (upper - lower)[..., None]
-    return np.isclose(values[..., None], grid, rtol=0, atol=1e-12).any(axis=-1)
-
-
-# The traditional steps.
+    return np.isclose(values[..., None], grid, rtol=0, atol=1e-12)
 
 
 def test_roulette_draws_in_proportion_to_fitness_one_over_the_error_of_perfect_chromosomes_too():
@@ -57,9 +54,6 @@ def test_uniform_mutation_draws_one_gene_anew_in_its_range(seed):
     assert np.any(after != before)
 
 
-# Pairing by Hamming distance: Eqs. (2) and (3).
-
-
 @pytest.mark.parametrize(("differing", "renewed"), [(0, True), (1, True), (2, False), (4, False)])
 def test_a_partner_that_differs_in_one_gene_at_most_is_made_anew(differing, renewed):
     x = np.tile([0.123, 0.456, 17.7, 3.0], (50, 1))
@@ -67,7 +61,7 @@ def test_a_partner_that_differs_in_one_gene_at_most_is_made_anew(differing, rene
     y[:, :differing] += 0.01
     result = operators.renew_close_relatives(x, y, LOWER, UPPER, np.random.default_rng(1))
     if renewed:
-        assert np.all(on_grid(result, LOWER, UPPER))
+        assert np.all(betas(result, LOWER, UPPER).any(axis=-1))
         assert len(np.unique(result, axis=0)) > 40
     else:
         np.testing.assert_array_equal(result, y)
@@ -76,11 +70,8 @@ def test_a_partner_that_differs_in_one_gene_at_most_is_made_anew(differing, rene
 def test_each_pair_is_evaluated_by_itself():
     x, y = np.zeros((2, 4)), np.array([[0.0, 0.0, 0.0, 0.5], [0.0, 0.0, 0.4, 0.5]])
     result = operators.renew_close_relatives(x, y, LOWER, UPPER, np.random.default_rng(1))
-    assert np.all(on_grid(result[0], LOWER, UPPER))
+    assert np.all(betas(result[0], LOWER, UPPER).any(axis=-1))
     np.testing.assert_array_equal(result[1], y[1])
-
-
-# Variable-precision crossover: Eq. (4).
 
 
 @given(seed=seeds, points=st.lists(st.integers(0, 3), min_size=1, max_size=20))
@@ -94,13 +85,8 @@ def test_variable_precision_crossover_is_equation_4(seed, points):
         np.testing.assert_array_equal(first[pair, point + 1 :], y[pair, point + 1 :])
         np.testing.assert_array_equal(second[pair, point + 1 :], x[pair, point + 1 :])
         # One beta serves both offspring.
-        betas_of_first = np.isclose(
-            first[pair, point], x[pair, point] + TENTHS * (y[pair, point] - x[pair, point]), rtol=0, atol=1e-12
-        )
-        betas_of_second = np.isclose(
-            second[pair, point], LOWER[point] + TENTHS * (UPPER[point] - LOWER[point]), rtol=0, atol=1e-12
-        )
-        assert np.any(betas_of_first & betas_of_second)
+        of_first = betas(first[pair, point], x[pair, point], y[pair, point])
+        assert np.any(of_first & betas(second[pair, point], LOWER[point], UPPER[point]))
 
 
 def test_every_beta_appears_at_the_crossover_point():
@@ -131,9 +117,6 @@ def test_no_operator_leaves_the_box_not_even_by_a_rounding(seed, limits):
     assert np.all(everything <= upper)
 
 
-# Two-level orthogonal experiments: Section 3.3.
-
-
 @pytest.mark.parametrize("factors", range(1, 33))
 def test_an_orthogonal_array_has_strength_two_and_as_few_experiments_as_can_be_the_first_parent_first(factors):
     array = operators.orthogonal_array(factors)
@@ -155,9 +138,6 @@ def test_best_levels_find_the_optimum_of_an_additive_error_and_keep_the_first_of
     np.testing.assert_array_equal(operators.best_levels(array, np.ones((2, len(array)))), np.zeros((2, factors)))
 
 
-# Feedback mutation: Eqs. (5) and (6).
-
-
 def test_population_fitness_is_equation_5():
     assert operators.population_fitness(np.array([1.0, 2.0, 3.0, 4.0])) == pytest.approx(10 / (4 * 4))
     assert operators.population_fitness(np.full(7, 0.3)) == pytest.approx(1.0)
@@ -177,9 +157,6 @@ def test_genes_of_a_feedback_mutant_are_drawn_one_by_one():
         np.array([0.5, 0.5]), 500, 0.95, 0.10, np.zeros(2), np.ones(2), np.random.default_rng(1)
     )
     assert abs(np.corrcoef(mutants.T)[0, 1]) < 0.2
-
-
-# Nonlinear fitness: Eq. (7).
 
 
 def test_logarithmic_fitness_is_equation_7():

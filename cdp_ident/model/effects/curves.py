@@ -13,13 +13,11 @@ from collections.abc import Iterator
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array
 from cdp_ident.machine.compilation import Compilable
 from cdp_ident.model.effects.effect import JOINTS, Curve, Effect, EffectParameter, Joint, Law
 from cdp_ident.model.formulas.language import FRICTION, INPUTS, PARAMETERS, TORQUE1, TORQUE2
-
-Array = npt.NDArray[np.float64]
 
 _OVER_ANGLE, _OVER_SPEED = 80, 32
 """How many coefficients a curve has: over a turn, and over all speeds."""

@@ -8,13 +8,9 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Literal
 
-import numpy as np
-import numpy.typing as npt
-
 from cdp_ident.model.formulas.language import ACCELERATIONS
 from cdp_ident.model.formulas.syntax import names_used
 
-Array = npt.NDArray[np.float64]
 Joint = Literal["inner", "outer", "base"]
 JOINTS: tuple[Joint, Joint] = ("inner", "outer")
 """The joints between bodies, in the order of the angles."""
@@ -119,7 +115,7 @@ class Law:
 
     @cached_property
     def formulas(self) -> dict[str, str]:
-        """All formulas, by what they are."""
+        """Formulas of what it adds, by what that is."""
         named = {
             "torque": self.torque, "torque on theta1": self.torques[0], "torque on theta2": self.torques[1],
             "friction": self.friction, "acceleration of the cart's joint": self.cart, "reading": self.reading,
@@ -128,9 +124,9 @@ class Law:
         return {what: text for what, text in named.items() if text}
 
     @property
-    def moves(self) -> bool:
-        """Whether it changes the motion, and not only what encoders show."""
-        return bool(self.torque or any(self.torques) or self.friction or self.cart)
+    def texts(self) -> list[str]:
+        """All formulas: of what it adds, of their parts, and of rates."""
+        return [*self.formulas.values(), *dict(self.where).values(), *(state.rate for state in self.states)]
 
 
 @dataclass(frozen=True)
@@ -171,7 +167,7 @@ class Effect:
     @property
     def moves(self) -> bool:
         """Whether it changes the motion, and not only what encoders show."""
-        return self.curve is not None or self.law.moves
+        return bool(self.law.torque or any(self.law.torques) or self.law.friction or self.law.cart)
 
     @property
     def dry(self) -> bool:
@@ -229,10 +225,8 @@ class Effect:
         """Names in the formulas that are not the law's own."""
         if self.curve is not None:
             return {self.curve.over}
-        states = {state.name for state in self.law.states}
-        own = {p.name for p in self.parameters} | {name for name, _ in self.law.where} | states
-        texts = [*self.law.formulas.values(), *(text for _, text in self.law.where)]
-        return names_used([*texts, *(state.rate for state in self.law.states)]) - own
+        own = {p.name for p in self.parameters} | {state.name for state in self.law.states}
+        return names_used(self.law.texts) - own - dict(self.law.where).keys()
 
     @property
     def states(self) -> int:
@@ -305,6 +299,8 @@ def in_joints(
     return tuple(Effect(name, joint, description, law, tuple(parameters), source, **rest) for joint in JOINTS)
 
 
+TIME = EffectParameter("time", "s", 0.0, math.inf, 0.0, width=math.inf, shape=True)
+"""When it happens, of an effect of an instant: anywhere in a trial."""
 _WARMS_UP_IN = (3, 10)
 """Time constants that fits begin with [s]."""
 _TIME_CONSTANT = EffectParameter(
@@ -315,9 +311,7 @@ _TIME_CONSTANT = EffectParameter(
 def ends_at(last: EffectParameter, drifting: str) -> EffectParameter:
     """Return what a value ends at that changes ever more slowly, `last + change*exp(-t/time_constant)`.
 
-    Args:
-        last: what it ends at.
-        drifting: name of what is, with a `drift`, the same value where it changes evenly.
+    Where it changes evenly, the same value is that of a name, `drifting`, with a `drift`.
     """
     return replace(last, begins=tuple(f"{drifting} + drift*{tau}" for tau in _WARMS_UP_IN))
 
@@ -327,18 +321,25 @@ def dies_away(change: EffectParameter) -> tuple[EffectParameter, EffectParameter
     return replace(change, begins=tuple(f"-drift*{tau}" for tau in _WARMS_UP_IN)), _TIME_CONSTANT
 
 
-def zeros_that_are_off(name: str) -> dict[str, tuple[str, tuple[EffectParameter, ...]]]:
-    """Return formula and parameters of a zero that is off by an angle of some name, by the effect's variant.
+def off_by_an_angle(
+    name: str, angle: str, joints: Sequence[Joint], descriptions: Sequence[str], law: Callable[[str], Law], source: str
+) -> tuple[Effect, ...]:
+    """Return what acts as a zero that is off: always the same, drifting evenly, or ever more slowly.
 
-    It is always the same, or drifts, evenly or ever more slowly.
+    Each of the three is described; the law is that of a formula of what it is off by, which has a name.
     """
-    angle, drift = EffectParameter(name, "rad", -0.3, 0.3, 0.01), EffectParameter("drift", "rad/s", -0.05, 0.05, 0.001)
-    relaxing = ends_at(replace(angle, name=f"last_{name}"), name), *dies_away(replace(angle, name="change"))
-    return {
-        "": (name, (angle,)),
-        "drifting": (f"{name} + drift*t", (angle, drift)),
-        "relaxing": (f"last_{name} + change*exp(-t/time_constant)", relaxing),
-    }
+    off, drift = EffectParameter(angle, "rad", -0.3, 0.3, 0.01), EffectParameter("drift", "rad/s", -0.05, 0.05, 0.001)
+    relaxing = ends_at(replace(off, name=f"last_{angle}"), angle), *dies_away(replace(off, name="change"))
+    forms: tuple[tuple[str, str, tuple[EffectParameter, ...], str], ...] = (
+        ("", angle, (off,), ""),
+        ("drifting", f"{angle} + drift*t", (off, drift), ""),
+        ("relaxing", f"last_{angle} + change*exp(-t/time_constant)", relaxing, f"{name}..drifting"),
+    )
+    return tuple(
+        Effect(name, joint, what, law(now), of, source, variant, acts_as_zero=not variant, contains=simpler)
+        for what, (variant, now, of, simpler) in zip(descriptions, forms, strict=True)
+        for joint in joints
+    )
 
 
 def harmonic_in_joints(
@@ -346,13 +347,7 @@ def harmonic_in_joints(
 ) -> tuple[Effect, ...]:
     """Return a harmonic of a turn of each joint: its law has `sine`, `cosine` and how many `periods` a turn has.
 
-    Args:
-        name: of all harmonics.
-        description: of this one.
-        law: the formulas.
-        periods: of a turn.
-        size: what `sine` and `cosine` are alike in.
-        source: where it is from.
+    The name is that of all harmonics; `size` is what `sine` and `cosine` are alike in.
     """
     of_turn = EffectParameter("periods", "1", float(periods), float(periods), float(periods))
     parameters = (replace(size, name="sine"), replace(size, name="cosine"), of_turn)

@@ -6,18 +6,19 @@ The inner encoder turns by theta1 and the outer one by theta2 - theta1, so an er
 absolute angles.
 """
 
-import math
+from dataclasses import replace
 
 from cdp_ident.model.effects.effect import (
     HARMONIC,
     JOINTS,
+    TIME,
     Effect,
     EffectParameter,
     Law,
     State,
     harmonic_in_joints,
     in_joints,
-    zeros_that_are_off,
+    off_by_an_angle,
 )
 
 _BEND = (
@@ -26,37 +27,33 @@ _BEND = (
 )
 
 
+_SIZE = EffectParameter("", "rad", -0.1, 0.1, 0.01)
+_WAVE = (replace(_SIZE, name="sine"), replace(_SIZE, name="cosine"))
+
+
 def _harmonic(periods: int) -> tuple[Effect, ...]:
     return harmonic_in_joints(
         "encoder_harmonic",
         f"an encoder's error that repeats {periods} times a turn",
         Law(reading=HARMONIC),
         periods,
-        EffectParameter("", "rad", -0.1, 0.1, 0.01),
+        _SIZE,
         "a magnet or a scale that is not round, interpolation between poles: Hagiwara et al., IEEE TIM 41, 1992",
     )
 
 
-_OFF = {
-    "": "that is off by an angle",
-    "drifting": "whose zero drifts",
-    "relaxing": "whose zero drifts, ever more slowly",
-}
-
 ENCODERS = (
-    *(
-        effect
-        for variant, (offset, parameters) in zeros_that_are_off("offset").items()
-        for effect in in_joints(
-            "encoder_offset",
-            f"an encoder {_OFF[variant]}",
-            Law(reading=offset),
-            parameters,
-            "zero set while the rod did not hang still, a coupling that is loose or creeps, an encoder that warms up",
-            variant=variant,
-            acts_as_zero=not variant,
-            contains="encoder_offset..drifting" if variant == "relaxing" else "",
-        )
+    *off_by_an_angle(
+        "encoder_offset",
+        "offset",
+        JOINTS,
+        (
+            "an encoder that is off by an angle",
+            "an encoder whose zero drifts",
+            "an encoder whose zero drifts, ever more slowly",
+        ),
+        lambda offset: Law(reading=offset),
+        "zero set while the rod did not hang still, a coupling that is loose or creeps, an encoder that warms up",
     ),
     *in_joints(
         "encoder_scale",
@@ -71,7 +68,7 @@ ENCODERS = (
             joint,
             "an encoder disc off its centre",
             Law(reading=f"sine*sin({turned}) + cosine*cos({turned})"),
-            (EffectParameter("sine", "rad", -0.1, 0.1, 0.01), EffectParameter("cosine", "rad", -0.1, 0.1, 0.01)),
+            _WAVE,
             "Engelhardt et al., eccentricity error of angle encoders",
         )
         for joint, turned in zip(JOINTS, ("theta1", "angle"), strict=True)
@@ -160,7 +157,7 @@ ENCODERS = (
                 for k in (1, 2)
             ),
         ),
-        (EffectParameter("sine", "rad", -0.1, 0.1, 0.01), EffectParameter("cosine", "rad", -0.1, 0.1, 0.01)),
+        _WAVE,
         "orthographic projection: Hartley and Zisserman, Multiple View Geometry, 2004",
     ),
     *in_joints(
@@ -180,7 +177,7 @@ ENCODERS = (
         Law(reading="slip*step(t - time)"),
         [
             EffectParameter("slip", "rad", -0.5, 0.5, 0.01),
-            EffectParameter("time", "s", 0.0, math.inf, 0.0, width=math.inf, shape=True),
+            TIME,
         ],
         "counts lost at high speed or by interference",
         at_an_instant=True,

@@ -1,21 +1,24 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Forces on the rods and torques in the joints other than friction: the air, springs, cogging, impulses."""
+"""Forces on the rods, the joints and the cart other than friction: the air, springs, cogging, impulses, motors."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
 from cdp_ident.model.effects.effect import (
     HARMONIC,
     JOINTS,
+    TIME,
     Effect,
     EffectParameter,
     Joint,
     Law,
+    State,
     harmonic_in_joints,
     in_joints,
-    zeros_that_are_off,
+    off_by_an_angle,
 )
 
 _PULSE = 0.01
@@ -29,16 +32,17 @@ _AROUND = tuple(f"{angle:.1f}" for angle in np.arange(-3.0, 3.2, 0.2))
 _STOPS = tuple(f"{sign}{angle}" for sign in ("", "-") for angle in (0.5, 0.8, 1.2, 1.6, 2.0, 2.5, 3.0))
 """Angles that a stop is looked for at [rad]."""
 
+_TORQUE = EffectParameter("torque", "N m", -200.0, 200.0, 0.01, inertia_power=1)
+_STIFFNESS = EffectParameter("stiffness", "N m/rad", 0.0, 1000.0, 0.1, inertia_power=1)
 _DRAG = EffectParameter("coefficient", "N m s^2", 0.0, 2.0, 0.005, inertia_power=1)
 # No length of the outer rod is in the paper's model; its centre of mass does not determine where it ends.
 _LENGTH_RATIO = EffectParameter("length_ratio", "1", 0.3, 3.0, 1.0, shape=True, optional=True)
 _DRAG_SOURCE = "drag of a cylinder across a flow: Hoerner, Fluid-Dynamic Drag, 1965"
 
 
-def _drag(joint: Joint, law: Law, variant: str = "", strips: bool = False) -> Effect:
-    parameters, source = (
-        ((_DRAG, _LENGTH_RATIO), f"strip theory; {_DRAG_SOURCE}") if strips else ((_DRAG,), _DRAG_SOURCE)
-    )
+def _drag(joint: Joint, law: Law, variant: str = "") -> Effect:
+    strips = variant == "strips"
+    parameters, source = (_DRAG, _LENGTH_RATIO) if strips else (_DRAG,), f"{'strip theory; ' * strips}{_DRAG_SOURCE}"
     return Effect("air_drag", joint, "air drag on the rod", law, parameters, source, variant)
 
 
@@ -84,26 +88,6 @@ def _varying_viscosity(periods: int) -> tuple[Effect, ...]:
     )
 
 
-_LEVEL = {"": "is not level", "drifting": "settles", "relaxing": "settles, ever more slowly"}
-_TILTS = tuple(
-    Effect(
-        "gravity_tilt",
-        "base",
-        f"a base that {_LEVEL[variant]}",
-        Law(
-            torques=("a1*g*(sin(theta1 - now) - sin(theta1))", "m2_l2*g*(sin(theta2 - now) - sin(theta2))"),
-            where=(("now", tilt),),
-        ),
-        parameters,
-        "statics; the same motion as with an inner encoder that is off by the tilt",
-        variant=variant,
-        acts_as_zero=not variant,
-        contains="gravity_tilt..drifting" if variant == "relaxing" else "",
-    )
-    for variant, (tilt, parameters) in zeros_that_are_off("tilt").items()
-)
-
-
 def _impulse(joint: Joint, lasts: bool) -> Effect:
     width = "duration" if lasts else str(_PULSE)
     pulse = f"impulse*exp(-((t - time)/{width})^2/2)/({width}*sqrt(2*pi))"
@@ -114,7 +98,7 @@ def _impulse(joint: Joint, lasts: bool) -> Effect:
         Law(torques=(pulse, "") if joint == "inner" else ("", pulse)),
         (
             EffectParameter("impulse", "N m s", -50.0, 50.0, 0.05, inertia_power=1),
-            EffectParameter("time", "s", 0.0, math.inf, 0.0, width=math.inf, shape=True),
+            TIME,
             *([EffectParameter("duration", "s", _SHORTEST, 2.0, 0.1, shape=True)] if lasts else []),
         ),
         f"a torque pulse of {'some' if lasts else f'{_PULSE} s'} standard deviation",
@@ -124,29 +108,33 @@ def _impulse(joint: Joint, lasts: bool) -> Effect:
     )
 
 
+_COMPLIANCE = EffectParameter("compliance", "m/N", 0.0, 1e-2, 1e-5, inertia_power=-1)
+_FREE_PULL = "a1*(cos(theta1)*free1 - sin(theta1)*omega1^2) + m2_l2*(cos(theta2)*free2 - sin(theta2)*omega2^2)"
+_ROUGHLY_RODS, _HEAVIER = "(a1^2 + m2_l2^2/A33)", (1.5, 4, 12)
+"""Roughly the rods' mass over A22, and how many times as heavy what moves along may be: fits begin with each."""
+_COMPLIANCES = tuple(f"1/({times}*natural_frequency^2*{_ROUGHLY_RODS})" for times in _HEAVIER)
+_FREQUENCIES = tuple(f"1/sqrt({times}*(compliance + 1e-300)*{_ROUGHLY_RODS})" for times in _HEAVIER)
+_SPEEDS_UP = (
+    "-compliance*natural_frequency^2*(carried*u + pull) - 2*damping_ratio*natural_frequency*speed_ahead"
+    " - natural_frequency^2*ahead"
+)
+
 FORCES = (
     _drag("inner", Law(torques=("-coefficient*omega1*abs(omega1)", ""))),
-    _drag("outer", _STRIPS, "strips", strips=True),
+    _drag("outer", _STRIPS, "strips"),
     _drag("outer", Law(torques=("", "-coefficient*omega2*abs(omega2)")), "rotation"),
     *in_joints(
         "joint_spring",
         "a spring across the joint",
         Law(torque="torque - stiffness*angle"),
-        [
-            EffectParameter("stiffness", "N m/rad", 0.0, 1000.0, 0.1, inertia_power=1),
-            EffectParameter("torque", "N m", -200.0, 200.0, 0.01, inertia_power=1),
-        ],
+        [_STIFFNESS, _TORQUE],
         "Hooke; a cable across the joint or a seal that does not slip",
     ),
     *in_joints(
         "joint_spring",
         "a spring across the joint that stiffens",
         Law(torque="torque - stiffness*angle - hardening*angle^3"),
-        [
-            EffectParameter("stiffness", "N m/rad", 0.0, 1000.0, 0.1, inertia_power=1),
-            EffectParameter("torque", "N m", -200.0, 200.0, 0.01, inertia_power=1),
-            EffectParameter("hardening", "N m/rad^3", -100.0, 100.0, 0.01, inertia_power=1),
-        ],
+        [_STIFFNESS, _TORQUE, EffectParameter("hardening", "N m/rad^3", -100.0, 100.0, 0.01, inertia_power=1)],
         "Duffing: Kovacic and Brennan, The Duffing Equation, 2011",
         variant="hardening",
         contains="joint_spring",
@@ -155,7 +143,7 @@ FORCES = (
         "constant_torque",
         "a constant torque",
         Law(torque="torque"),
-        [EffectParameter("torque", "N m", -200.0, 200.0, 0.01, inertia_power=1)],
+        [_TORQUE],
         "beside dry friction: friction that differs by direction; else a twisted cable, or a motor's current",
     ),
     *in_joints(
@@ -189,16 +177,23 @@ FORCES = (
         ],
         "Hunt and Crossley, Coefficient of restitution interpreted as damping, J. Appl. Mech. 42, 1975",
     ),
-    *_TILTS,
+    *off_by_an_angle(
+        "gravity_tilt",
+        "tilt",
+        ("base",),
+        ("a base that is not level", "a base that settles", "a base that settles, ever more slowly"),
+        lambda tilt: Law(
+            torques=("a1*g*(sin(theta1 - now) - sin(theta1))", "m2_l2*g*(sin(theta2 - now) - sin(theta2))"),
+            where=(("now", tilt),),
+        ),
+        "statics; the same motion as with an inner encoder that is off by the tilt",
+    ),
     Effect(
         "side_force",
         "base",
         "a steady force on both rods from the side",
         Law(torques=("inner*cos(theta1)", "outer*cos(theta2)")),
-        (
-            EffectParameter("inner", "N m", -200.0, 200.0, 0.01, inertia_power=1),
-            EffectParameter("outer", "N m", -200.0, 200.0, 0.01, inertia_power=1),
-        ),
+        (replace(_TORQUE, name="inner"), replace(_TORQUE, name="outer")),
         "statics: a wind, or a magnet far away; in the ratio of the rods' first moments it is a base that is not level",
     ),
     *(effect for periods in COGGING_PERIODS for effect in _cogging(periods)),
@@ -214,4 +209,56 @@ FORCES = (
         "kinetic energy of a rotor at the speed omega1 + n (omega2 - omega1): Siciliano et al., Robotics, 2009, 7.2",
     ),
     *(_impulse(joint, lasts) for lasts in (False, True) for joint in JOINTS),
+    Effect(
+        "pivot_compliance",
+        "base",
+        "a compliant base",
+        # It is ahead by minus the compliance times the rods' pull, along the motion of the paper's model.
+        Law(cart="-compliance*rate(rate(free_pull))", where=(("free_pull", _FREE_PULL),)),
+        (_COMPLIANCE,),
+        "quasi-static elasticity: valid while the cart's own oscillation is much faster than the swing",
+    ),
+    Effect(
+        "pivot_compliance",
+        "base",
+        "a compliant base with a mode of its own",
+        # 1 / (compliance natural_frequency^2) is the mass of what moves along: cart, rods and all. The weights that a
+        # trial's rods carry come on top.
+        Law(cart=_SPEEDS_UP, states=(State("ahead", "speed_ahead"), State("speed_ahead", _SPEEDS_UP))),
+        (
+            # What moves along is heavier than the rods' share, which turns them and not the cart.
+            replace(_COMPLIANCE, upper=10.0, begins=_COMPLIANCES),
+            EffectParameter("natural_frequency", "rad/s", 0.3, 1000.0, 15.0, shape=True, begins=_FREQUENCIES),
+            EffectParameter("damping_ratio", "1", 0.0, 5.0, 0.05, shape=True),
+        ),
+        "oscillator with one degree of freedom: Den Hartog, Mechanical Vibrations, 1956",
+        "oscillating",
+        contains="pivot_compliance",
+    ),
 )
+
+_LATE = 0.05
+"""No motor is later, or its record, than this [s]."""
+
+MOTORS = Effect(
+    "motors",
+    "base",
+    "the motors' torques, as they were recorded",
+    Law(
+        torques=("inner - outer", "outer"),
+        where=(
+            ("inner", "gain*(drive_inner - lag_inner*(drive_rate_inner - 0.5*lag_inner*drive_curvature_inner))"),
+            ("late", "drive_outer - lag_outer*(drive_rate_outer - 0.5*lag_outer*drive_curvature_outer)"),
+            ("outer", "gain*(1 + imbalance)*late"),
+        ),
+    ),
+    (
+        EffectParameter("gain", "1", 0.0, math.inf, 1.0, inertia_power=1),
+        EffectParameter("imbalance", "1", -0.5, 1.0, 0.0, shape=True),
+        EffectParameter("lag_inner", "s", -_LATE, _LATE, 0.0, width=0.005, shape=True),
+        EffectParameter("lag_outer", "s", -_LATE, _LATE, 0.0, width=0.005, shape=True),
+    ),
+    "a current-controlled motor's torque follows its command with a small lag: Siciliano et al., Robotics, 2009, 8",
+)
+"""What acts is the recorded torque, a lag later to second order in that. Its gain is 1 / A22 where the record is in
+N m; `imbalance` says by how much the gain of the outer joint's motor is larger."""

@@ -28,17 +28,8 @@ import numpy as np
 from cdp_ident.errors import OptionError
 from cdp_ident.model.effects import catalogue
 from cdp_ident.model.effects.effect import JOINTS, Effect, EffectParameter, Law, State
+from cdp_ident.model.formulas import language as words
 from cdp_ident.model.formulas.compiled import motion_law, reading_law
-from cdp_ident.model.formulas.language import (
-    INPUTS,
-    MASSES,
-    MOST_STATES,
-    MOTION_ROWS,
-    PARAMETERS,
-    RATES,
-    SUMS,
-    words_of,
-)
 from cdp_ident.model.formulas.syntax import Tree, error_at, names_used, parse
 from cdp_ident.user_input import number, quoted, refuse_unknown
 from cdp_ident.yaml_file import read_yaml
@@ -64,11 +55,7 @@ _MOST = 20
 
 
 def read_own_effects(path: Path) -> dict[str, Any]:
-    """Return the definitions in a YAML file.
-
-    Raises:
-        OptionError: it cannot be read, or is no mapping.
-    """
+    """Return the definitions in a YAML file. Raises `OptionError` where it cannot be read, or is no mapping."""
     try:
         content: Any = read_yaml(path)
     except (OSError, ValueError) as error:
@@ -84,11 +71,7 @@ def as_text(definitions: Mapping[str, Any]) -> str:
 
 
 def of_text(text: Any, where: str) -> dict[str, Any]:
-    """Return the definitions of a line.
-
-    Raises:
-        OptionError: it is no such line.
-    """
+    """Return the definitions of a line. Raises `OptionError` where it has none."""
     try:
         definitions = json.loads(text)
     except (TypeError, ValueError, RecursionError) as error:
@@ -99,16 +82,7 @@ def of_text(text: Any, where: str) -> dict[str, Any]:
 
 
 def use(definitions: Mapping[str, Any], inertia: float, where: str) -> None:
-    """Make effects known beside the catalogue's, in the place of those of the same names.
-
-    Args:
-        definitions: by name; see `effects_of`.
-        inertia: A22, the inertia about the cart's joint [kg m^2].
-        where: what they stand in, for messages.
-
-    Raises:
-        OptionError: a definition is wrong; the message says where.
-    """
+    """Make effects known beside the catalogue's, in the place of those of the same names; see `effects_of`."""
     effects = effects_of(definitions, inertia, where)
     for effect in effects:
         for address in (motion_law(effect), reading_law(effect)):  # what only deriving it shows is found out now
@@ -124,20 +98,20 @@ def use(definitions: Mapping[str, Any], inertia: float, where: str) -> None:
 
 def _added_at_zero(effect: Effect, address: int) -> float:
     """Return the most that an effect's compiled law adds somewhere where all its strengths are zero."""
-    inputs = np.linspace(0.3, 1.7, len(INPUTS))
+    inputs = np.linspace(0.3, 1.7, len(words.INPUTS))
     parameters = np.array([p.typical if p.shape else 0.0 for p in effect.parameters])
-    width = PARAMETERS + len(parameters)
-    sums, rows = np.zeros(PARAMETERS * len(SUMS)), np.zeros(MOTION_ROWS * width)
+    width = words.PARAMETERS + len(parameters)
+    sums, rows = np.zeros(words.PARAMETERS * len(words.SUMS)), np.zeros(words.MOTION_ROWS * width)
     law = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 4)(address)
     law(*(array.ctypes.data for array in (inputs, parameters, sums, rows)))
-    return float(np.abs(np.concatenate([sums[::PARAMETERS], rows[: RATES * width : width]])).max())
+    return float(np.abs(np.concatenate([sums[:: words.PARAMETERS], rows[: words.RATES * width : width]])).max())
 
 
 def effects_of(definitions: Mapping[str, Any], inertia: float, where: str) -> tuple[Effect, ...]:
     """Return the effects of definitions by name, of one joint or several.
 
-    Raises:
-        OptionError: a definition is wrong; the message says where.
+    The inertia about the cart's joint A22 is in kg m^2, and `where` is what they stand in. Raises `OptionError` where a
+    definition is wrong; the message says where.
     """
     if len(definitions) > _MOST:
         raise OptionError(f"{where}: {len(definitions)} effects; at most {_MOST} are read")
@@ -165,19 +139,16 @@ def _effect(name: str, joint: Any, content: Mapping[str, Any], inertia: float, p
     defined = _mapping(content.get("where", {}), f"{place}: where")
     if len(defined) > _MOST:
         raise OptionError(f"{place}: where: {len(defined)} parts; at most {_MOST} are read")
-    if len(states) > MOST_STATES:
-        raise OptionError(f"{place}: {len(states)} states; a law has at most {MOST_STATES}")
-    masses = {**{word: MASSES.get(word, 0) for word in words_of(joint)}, "pi": 0}
+    if len(states) > words.MOST_STATES:
+        raise OptionError(f"{place}: {len(states)} states; a law has at most {words.MOST_STATES}")
+    masses = {**{word: words.MASSES.get(word, 0) for word in words.words_of(joint)}, "pi": 0}
     for own in (*units, *states, *defined):
         _name(own, f"name in {place}")
         if own in masses:
             raise OptionError(f"{place}: {own} has a meaning already; give it another name")
         masses[own] = units.get(own, 0)
-    if len({*units, *states, *defined}) < len(units) + len(states) + len(defined):
-        raise OptionError(f"{place}: parameters, states and parts of the formula need different names")
-    for part, text in defined.items():  # each may use those before it
-        known = {word: mass for word, mass in masses.items() if word not in defined or word in units}
-        known |= {before: masses[before] for before in list(defined)[: list(defined).index(part)]}
+    for k, (part, text) in enumerate(defined.items()):  # each may use those before it
+        known = {word: mass for word, mass in masses.items() if word not in list(defined)[k:]}
         masses[part] = _checked(text, known, f"{place}: where: {part}")
     formulas = {key: _formulas(key, content[key], masses, f"{place}: {key}") for key in _ADDS if key in content}
     if not formulas:
@@ -187,11 +158,9 @@ def _effect(name: str, joint: Any, content: Mapping[str, Any], inertia: float, p
         states=tuple(_state(own, given, masses, f"{place}: states: {own}") for own, given in states.items()),
         **formulas,
     )
-    texts = [*law.formulas.values(), *defined.values(), *(state.rate for state in law.states)]
-    if sum(len(re.findall(r"\brate\b", text)) for text in texts) > _MOST_RATES:
+    if sum(len(re.findall(r"\brate\b", text)) for text in law.texts) > _MOST_RATES:
         raise OptionError(f"{place}: more than {_MOST_RATES} rates; each makes the law several times as long")
-    used = names_used(texts)
-    if unused := sorted(units.keys() - used):
+    if unused := sorted(units.keys() - names_used(law.texts)):
         raise OptionError(f"{place}: the parameter {unused[0]} is in no formula")
     description = content.get("description", name.replace("_", " "))
     if not isinstance(description, str) or not 0 < len(description) <= 100:

@@ -15,27 +15,9 @@ import sympy
 from sympy.printing.pycode import PythonCodePrinter
 
 from cdp_ident.errors import OptionError
-from cdp_ident.model.effects.effect import Effect
+from cdp_ident.model.effects.effect import Effect, Law
+from cdp_ident.model.formulas import language as words
 from cdp_ident.model.formulas.derivation import Definitions, Expression, Symbol, symbol
-from cdp_ident.model.formulas.language import (
-    ACCELERATIONS,
-    CART,
-    COEFFICIENTS,
-    FRICTION,
-    INNER,
-    INPUTS,
-    LATENESS,
-    OUTER,
-    OWN,
-    PAPER,
-    PARAMETERS,
-    RATES,
-    STATE,
-    SUMS,
-    TORQUE1,
-    TORQUE2,
-    VARIABLES,
-)
 
 _HEADER = '''# Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
@@ -46,7 +28,9 @@ from math import atan, cos, exp, log, sin, sqrt, tan, tanh, pi
 DIGEST = "{digest}"
 """Of what it was made of."""
 '''
-_PAPER_INPUTS = ("sin1", "cos1", "sin2", "cos2", "omega1", "omega2", "u", *COEFFICIENTS)
+_PAPER_INPUTS = ("sin1", "cos1", "sin2", "cos2", "omega1", "omega2", "u", *words.COEFFICIENTS)
+_PAPER = Effect("equations of motion", "base", "", Law(torques=words.PAPER), (), "the paper")
+"""What is left of them, as a law."""
 
 
 class _Printer(PythonCodePrinter):  # type: ignore[misc]  # sympy has no types
@@ -85,7 +69,7 @@ def module_text(effects: Sequence[Effect], digest: str, paper: bool) -> str:
     functions, by_text = [_HEADER.format(digest=digest)], dict[tuple[object, ...], str]()
     tables: dict[str, dict[str, str]] = {"MOTION": {}, "MOTION_AT_ZERO": {}, "READING": {}, "READING_AT_ZERO": {}}
     if paper:
-        functions += [_pushes(), _paper_law()]
+        functions += [_pushes(), _law("slopes_of_paper", _PAPER, motion_rows(_PAPER), "MOTION")]
     for effect in effects:
         if effect.curve is not None:
             continue
@@ -110,28 +94,28 @@ def module_text(effects: Sequence[Effect], digest: str, paper: bool) -> str:
 def motion_rows(effect: Effect) -> Mapping[int, str]:
     """Return the formulas of what a law adds to the motion, by row."""
     law = effect.law
-    rows = {FRICTION: law.friction, CART: law.cart}
+    rows = {words.FRICTION: law.friction, words.CART: law.cart}
     torque = f"-direction*({law.friction})" if law.friction else law.torque
     if torque:
-        rows[TORQUE1], rows[TORQUE2] = (torque, "") if effect.joint == "inner" else (f"-({torque})", torque)
+        rows[words.TORQUE1], rows[words.TORQUE2] = (torque, "") if effect.joint == "inner" else (f"-({torque})", torque)
     else:
-        rows[TORQUE1], rows[TORQUE2] = law.torques
-    rows |= {RATES + k: state.rate for k, state in enumerate(law.states)}
+        rows[words.TORQUE1], rows[words.TORQUE2] = law.torques
+    rows |= {words.RATES + k: state.rate for k, state in enumerate(law.states)}
     return {row: rows[row] for row in sorted(rows) if rows[row]}
 
 
 def _reading(effect: Effect) -> Mapping[int, str]:
     """Return the formulas of what a law adds to readings, by row."""
-    law, own = effect.law, OUTER if effect.joint == "outer" else INNER
-    rows = {INNER: law.readings[0], OUTER: law.readings[1], LATENESS: law.lateness}
+    law, own = effect.law, words.OUTER if effect.joint == "outer" else words.INNER
+    rows = {words.INNER: law.readings[0], words.OUTER: law.readings[1], words.LATENESS: law.lateness}
     if law.reading:
         rows[own] = law.reading
     return {row: text for row, text in rows.items() if text}
 
 
-_MOTION_ROWS = {TORQUE1: "torque on theta1", TORQUE2: "torque on theta2", FRICTION: "friction", CART: "cart",
-                RATES: "rate 1", RATES + 1: "rate 2"}  # fmt: skip
-_READING_ROWS = {INNER: "inner reading", OUTER: "outer reading", LATENESS: "lateness"}
+_MOTION_ROWS = ("torque on theta1", "torque on theta2", "friction", "cart", "rate 1", "rate 2")
+_READING_ROWS = ("inner reading", "outer reading", "lateness")
+"""What rows are called, in their order."""
 
 
 def _law(function: str, effect: Effect, rows: Mapping[int, str], table: str) -> str:
@@ -141,7 +125,7 @@ def _law(function: str, effect: Effect, rows: Mapping[int, str], table: str) -> 
     parameters = [symbol(p.name) for p in effect.parameters]
     for p in effect.parameters:
         definitions.add_input(p.name)
-    for state, own in zip(effect.law.states, OWN, strict=False):
+    for state, own in zip(effect.law.states, words.OWN, strict=False):
         if at_zero:
             definitions.add(state.name, state.at_zero)
         else:
@@ -152,30 +136,31 @@ def _law(function: str, effect: Effect, rows: Mapping[int, str], table: str) -> 
     strengths = [symbol(p.name) for p in effect.parameters if not (p.shape or p.fixed)]
     results = dict[tuple[int, int], Expression]()
     for row, text in rows.items():
-        if at_zero and moves and row >= RATES:
+        if at_zero and moves and row >= words.RATES:
             continue
         value = definitions.value(names[row], text)
-        by = [*map(symbol, VARIABLES), *parameters]
+        by = [*map(symbol, words.VARIABLES), *parameters]
         slopes = {column: definitions.slope(value, variable) for column, variable in enumerate(by, start=1)}
-        if moves and row < RATES:
+        if moves and row < words.RATES:
             _refuse_accelerations(definitions, f"{effect.key}: {names[row]}", row, slopes.items())
-        if moves and row == FRICTION:
+        if moves and row == words.FRICTION:
             slopes = {}  # its torques have them
         if at_zero:
             slopes = {column: e for column, e in slopes.items() if by[column - 1] in strengths}
         results |= {(row, column): e for column, e in {0: value, **slopes}.items() if column == 0 or e != 0}
-    width = PARAMETERS + len(parameters)
-    inputs = {symbol(n): f"z[{k}]" for k, n in enumerate(INPUTS)}
+    width = words.PARAMETERS + len(parameters)
+    inputs = {symbol(n): f"z[{k}]" for k, n in enumerate(words.INPUTS)}
     inputs |= {p: f"p[{k}]" for k, p in enumerate(parameters)}
-    columns = ("value", *VARIABLES, *(p.name for p in effect.parameters))
+    columns = ("value", *words.VARIABLES, *(p.name for p in effect.parameters))
     results, needed = definitions.given(results, dict.fromkeys(strengths, 0) if at_zero else {})
     lines = _body(needed, results.values(), inputs)
     for (row, column), expression in results.items():
         if at_zero and expression == 0:
             continue
         what = names[row] if column == 0 else f"{names[row]} by {columns[column]}"
-        is_shared = moves and row in SUMS and columns[column] not in OWN and column < PARAMETERS
-        place = f"sums[{SUMS.index(row) * PARAMETERS + column}] +" if is_shared else f"rows[{row * width + column}] "
+        is_shared = moves and row in words.SUMS and columns[column] not in words.OWN and column < words.PARAMETERS
+        of_sums = words.SUMS.index(row) * words.PARAMETERS + column if is_shared else 0
+        place = f"sums[{of_sums}] +" if is_shared else f"rows[{row * width + column}] "
         lines.append(f"{place}= {_print(expression)}  # {what}")
     return _function(function, "z, p, sums, rows", effect.formula, lines)
 
@@ -184,10 +169,10 @@ def _refuse_accelerations(
     definitions: Definitions, what: str, row: int, slopes: Iterable[tuple[int, Expression]]
 ) -> None:
     """Refuse a law that is not linear in the accelerations, or a friction that depends on them at all."""
-    by = [symbol(name) for name in ACCELERATIONS]
+    by = [symbol(name) for name in words.ACCELERATIONS]
     for column, slope in slopes:
-        if VARIABLES[column - 1 : column] and VARIABLES[column - 1] in ACCELERATIONS and slope != 0:
-            if row == FRICTION:
+        if words.VARIABLES[column - 1 : column] and words.VARIABLES[column - 1] in words.ACCELERATIONS and slope != 0:
+            if row == words.FRICTION:
                 raise OptionError(f"{what} depends on accelerations; free1 and free2, by the paper's model, are known")
             if any(definitions.slope(slope, other) != 0 for other in by):
                 raise OptionError(f"{what} is not linear in the accelerations, so that no equation of motion follows")
@@ -211,30 +196,10 @@ def _function(name: str, arguments: str, doc: str, lines: Sequence[str]) -> str:
 def _pushes() -> str:
     """Return the function of the paper's torques without inertia, and of its inertia beside the diagonal."""
     definitions = Definitions("the equations of motion")
-    alphas = [symbol(name) for name in ACCELERATIONS[:2]]
-    left = [definitions.expression("torque", text) for text in PAPER]
+    alphas = [symbol(name) for name in words.ACCELERATIONS[:2]]
+    left = [definitions.expression("torque", text) for text in words.PAPER]
     pushes = [part.subs(dict.fromkeys(alphas, 0)) for part in left]
     results = [*pushes, -sympy.diff(left[0], alphas[1])]
     lines = _body(definitions.needed(results), results, {})
     lines.append(f"return {', '.join(map(_print, results))}")
     return _function("pushes", ", ".join(_PAPER_INPUTS), "Torques on the rods, and the inertia between them.", lines)
-
-
-def _paper_law() -> str:
-    """Return the function of the derivatives of the paper's equations, accelerations given, as those of a law's."""
-    definitions = Definitions("the equations of motion")
-    left = [definitions.expression("torque", text) for text in PAPER]
-    results = {
-        (row, column): slope
-        for row, value in zip((TORQUE1, TORQUE2), left, strict=True)
-        for column, name in enumerate(VARIABLES, start=1)
-        if name in (*STATE, "u", *COEFFICIENTS) and (slope := definitions.slope(value, symbol(name))) != 0
-    }
-    lines = _body(
-        definitions.needed(results.values()), results.values(), {symbol(n): f"z[{k}]" for k, n in enumerate(INPUTS)}
-    )
-    for (row, column), expression in results.items():
-        lines.append(
-            f"sums[{row * PARAMETERS + column}] += {_print(expression)}  # {row + 1} by {VARIABLES[column - 1]}"
-        )
-    return _function("slopes_of_paper", "z, sums", "What is left of the equations of motion, differentiated.", lines)

@@ -15,17 +15,8 @@ import numpy as np
 import sympy
 
 from cdp_ident.errors import OptionError
-from cdp_ident.model.formulas.language import (
-    DERIVED,
-    FREE,
-    FUNCTIONS,
-    GIVEN,
-    OF_JOINT,
-    OPERATORS,
-    PAPER,
-    VARIABLES,
-)
-from cdp_ident.model.formulas.syntax import Tree, names_used, parse
+from cdp_ident.model.formulas.language import DERIVED, FREE, FUNCTIONS, GIVEN, OF_JOINT, OPERATORS, PAPER, VARIABLES
+from cdp_ident.model.formulas.syntax import Tree, parse
 
 Symbol: TypeAlias = Any
 Expression: TypeAlias = Any
@@ -145,26 +136,12 @@ class Definitions:
 
     def _mean(self, of: Tree, over: Tree) -> Expression:
         assert isinstance(over, ast.Name)
-        for name in sorted(self._behind(names_used([ast.unparse(of)]), over.id)):
-            self._named(name)
         before, total = self._names, sympy.Integer(0)
         for place, weight in zip(*np.polynomial.legendre.leggauss(_POINTS), strict=True):
             self._names = {**before, over.id: sympy.Float(0.5 * (place + 1.0))}
             total += sympy.Float(0.5 * weight) * self._expression(of)
         self._names = before
         return total
-
-    def _behind(self, names: set[str], variable: str) -> set[str]:
-        """Return of some names, and of what they stand for, those that have nothing to do with a variable."""
-        free = set[str]()
-        for name in names & self._texts.keys():
-            used = names_used([self._texts[name]])
-            free |= self._behind(used, variable) if self._uses(name, variable) else {name}
-        return free
-
-    def _uses(self, name: str, variable: str) -> bool:
-        used = names_used([self._texts[name]]) if name in self._texts else set()
-        return variable in used or any(self._uses(other, variable) for other in used - {name})
 
     def _rate(self, expression: Expression) -> Expression:
         """Return the rate of change along the motion of the paper's model."""
@@ -238,16 +215,9 @@ class Definitions:
         """Return an expression with calls of functions replaced by their names, where these have one."""
         return expression.xreplace(self._by_function)
 
-    def needed(self, results: Iterable[Expression]) -> Mapping[Symbol, Expression]:
+    def needed(self, results: Iterable[Expression]) -> dict[Symbol, Expression]:
         """Return the definitions that some results need, in their order."""
-        wanted: set[Symbol] = set()
-        missing = {s for result in results for s in result.free_symbols}
-        while missing:
-            one = missing.pop()
-            if one in self._of and one not in wanted:
-                wanted.add(one)
-                missing |= self._of[one].free_symbols
-        return {name: expression for name, expression in self._of.items() if name in wanted}
+        return _needed(self._of, results)
 
     def given(
         self, results: Mapping[Key, Expression], values: Mapping[Symbol, int]
@@ -256,20 +226,21 @@ class Definitions:
         known: dict[Symbol, Expression] = {name: sympy.Integer(value) for name, value in values.items()}
         remaining: dict[Symbol, Expression] = {}
         for name, expression in self.needed(results.values()).items():
-            simpler = expression.xreplace(known) if known else expression
-            if simpler.is_Number:
-                known[name] = simpler
-            else:
-                remaining[name] = simpler
+            simpler = expression.xreplace(known)
+            (known if simpler.is_Number else remaining)[name] = simpler
         found = {key: expression.xreplace(known) for key, expression in results.items()}
-        used: set[Symbol] = set()
-        for expression in (*found.values(), *reversed(remaining.values())):
-            used |= expression.free_symbols
-        needed = {}
-        for name, expression in remaining.items():
-            if name in used:
-                needed[name] = expression
-        return found, needed
+        return found, _needed(remaining, found.values())
+
+
+def _needed(definitions: Mapping[Symbol, Expression], results: Iterable[Expression]) -> dict[Symbol, Expression]:
+    wanted: set[Symbol] = set()
+    missing = {s for result in results for s in result.free_symbols}
+    while missing:
+        one = missing.pop()
+        if one in definitions and one not in wanted:
+            wanted.add(one)
+            missing |= definitions[one].free_symbols
+    return {name: expression for name, expression in definitions.items() if name in wanted}
 
 
 def _smooth(expression: Expression) -> Expression:

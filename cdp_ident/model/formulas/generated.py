@@ -35,8 +35,7 @@ class Generated(ModuleType):
 def module_of(effects: tuple[Effect, ...], paper: bool) -> Generated:
     """Return the module with the laws of effects, and with the equations of motion or not.
 
-    Raises:
-        OptionError: it has to be made, and sympy is not installed.
+    Raises `OptionError` where it has to be made, and sympy is not installed.
     """
     digest = _digest(effects, paper)
     if BUILT.exists() and f'DIGEST = "{digest}"' in (text := BUILT.read_text(encoding="utf-8")):
@@ -53,7 +52,7 @@ def _executed(digest: str, text: str, file: str) -> Generated:
     return module
 
 
-def build(effects: Sequence[Effect]) -> None:
+def build(effects: tuple[Effect, ...]) -> None:
     """Make the module of the catalogue, beside this one."""
     BUILT.write_text(_text(effects, _digest(effects, True), True), encoding="utf-8")
 
@@ -81,7 +80,6 @@ def _source(name: str) -> bytes:
 
 
 if __name__ == "__main__":
-    from cdp_ident.model.effects.catalogue import NAMED
-    from cdp_ident.model.effects.motors import MOTORS
+    from cdp_ident.model.effects.catalogue import WRITTEN
 
-    build((*NAMED, MOTORS))
+    build(WRITTEN)

@@ -31,13 +31,7 @@ _MOST_WITHIN = {"mean": 1, "rate": 2}
 def parse(text: str, names: Collection[str], where: str) -> Tree:
     """Return the syntax tree of a formula.
 
-    Args:
-        text: the formula.
-        names: the names that it may use.
-        where: what the formula is, for messages.
-
-    Raises:
-        OptionError: it is no formula in these names; the message points at the place.
+    Raises `OptionError` where it is none in these names; `where` says what it is, and the message points at the place.
     """
     if not isinstance(text, str) or not text.strip():
         raise OptionError(f"{where}: expected a formula, found {text!r}")

@@ -13,8 +13,7 @@ from cdp_ident.errors import OptionError
 from cdp_ident.model.acting import NO_EFFECTS, ActingEffects, outer_rod_length
 from cdp_ident.model.effects.own import OWN_EFFECTS, use
 from cdp_ident.model.parameters import GROUPS, LARGEST, NOMINAL, SYMBOLS, inertia_about_cart, physical_coefficients
-from cdp_ident.model.weight_settings import ADDED, weights_of
-from cdp_ident.model.weights import INERTIA, RODS, Weight, added_by
+from cdp_ident.model.weights import ADDED, INERTIA, RODS, Weight, added_by, weights_of
 from cdp_ident.rig.emulator.device import Encoders
 from cdp_ident.rig.emulator.drive import Drive
 from cdp_ident.rig.emulator.effects import parse_effects

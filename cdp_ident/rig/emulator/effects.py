@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from cdp_ident.errors import OptionError
 from cdp_ident.model.acting import NO_EFFECTS, ActingEffects
+from cdp_ident.model.effects.catalogue import effect_of
 from cdp_ident.model.effects.effect import JOINTS, Effect
-from cdp_ident.model.effects.naming import effect_of
 from cdp_ident.model.motions import readings_of
 from cdp_ident.model.time_grid import between
 from cdp_ident.rig.emulator.fields import mapping

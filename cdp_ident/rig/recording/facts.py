@@ -14,8 +14,7 @@ import numpy as np
 
 from cdp_ident.bag.joint_state import HEAD_OFFSET, NANOSECONDS, STAMP_OFFSET, Layout, parse_layout
 from cdp_ident.bag.metadata import RIG_NAME, UNKNOWN
-from cdp_ident.model.weight_settings import ADDED, settings_of
-from cdp_ident.model.weights import Weight
+from cdp_ident.model.weights import ADDED, Weight, settings_of
 from cdp_ident.rig.recording.detector import End
 
 _GAP = 1.5

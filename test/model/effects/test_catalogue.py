@@ -1,11 +1,12 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""The catalogue's effects: their names, and torques as described independently.
+"""The catalogue's effects: their names, what follows from their formulas, and torques as described independently.
 
 Tests go over the catalogue by themselves: an effect that is added there is tried here.
 """
 
 import math
+from dataclasses import replace
 from itertools import cycle
 
 import numpy as np
@@ -16,14 +17,13 @@ from scipy.integrate import solve_ivp
 
 from cdp_ident.model.acting import ActingEffects
 from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.effects.curves import CURVES, basis
+from cdp_ident.model.effects.effect import Effect, EffectParameter, Law, State
 from cdp_ident.model.motions import accelerations_at
-from cdp_ident.model.parameters import SYMBOLS, inertia_about_cart, physical_coefficients
 from reference import hidden_effects, pendulum
 from reference.pendulum import TABLE_5
+from scenarios.effects import A22, COEFFICIENTS, EFFECTS, acting, typical
 
-EFFECTS = {effect.key: effect for effect in CATALOGUE}
-A22 = float(inertia_about_cart([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"]))
-COEFFICIENTS = physical_coefficients(TABLE_5)
 SIZE = 3e-3
 """Strength of an effect in its unit."""
 OUTER_LENGTH = 2 * TABLE_5["l2"] + np.random.default_rng(0).random(2)[1] * (TABLE_5["L"] - 2 * TABLE_5["l2"])
@@ -35,16 +35,11 @@ JOINTS = ("inner", "outer")
 
 def torque_of(effect, state, values, time=0.0, outer_length=OUTER_LENGTH):
     """Return the generalised torques (2,) of an effect over A22: what it takes to accelerate the rods as it does."""
-    acting, states, still = ActingEffects.of([(effect, values)], outer_length), np.array([state]), np.zeros(1)
-    added = accelerations_at(COEFFICIENTS, states, still, acting, np.array([time]))
+    alone, states, still = ActingEffects.of([(effect, values)], outer_length), np.array([state]), np.zeros(1)
+    added = accelerations_at(COEFFICIENTS, states, still, alone, np.array([time]))
     added -= accelerations_at(COEFFICIENTS, states, still)
     coupling = COEFFICIENTS[0] * math.cos(state[0] - state[1])
     return np.array([[1.0, coupling], [coupling, COEFFICIENTS[1]]]) @ added[0]
-
-
-def typical(effect):
-    values = [parameter.typical for parameter in effect.parameters]
-    return [values[0], 0.305] if effect.at_an_instant else values
 
 
 def test_the_names_are_those_that_reports_promise():
@@ -182,3 +177,91 @@ def test_drag_along_a_rod_is_the_integral_over_it_wherever_the_air_comes_from(st
     expected = np.array([lever * pressure.sum(), (place * pressure).sum()])
     found = torque_of(EFFECTS["air_drag.outer.strips"], state, [0.01, ratio])
     assert found == pytest.approx(expected, rel=1e-5, abs=1e-6)
+
+
+KINDS = [
+    # Errors of encoders, and what bends under them, do not move the rods.
+    (lambda e: not e.moves,
+     {"encoder_offset", "encoder_scale", "encoder_eccentricity", "encoder_slip", "time_offset", "backlash", "rod_flex",
+      "encoder_harmonic", "encoder_compliance", "encoder_filter", "oblique_view", "encoder_interpolation"}),
+    (lambda e: e.repeats, {"encoder_interpolation"}),
+    (lambda e: e.of_both_encoders, {"rod_flex", "oblique_view"}),
+    # Dry friction is what has a formula of its size.
+    (lambda e: e.dry, {"coulomb_friction", "stribeck_friction", "drifting_friction", "load_friction",
+                       "unknown_torque.inner.friction_over_angle", "unknown_torque.outer.friction_over_angle"}),
+    (lambda e: e.uses_accelerations,
+     {"geared_rotor", "pivot_compliance", "rod_flex", "encoder_compliance", "encoder_filter"}),
+    # Torques of a joint's angle alone, and of its angle and speed.
+    (lambda e: e.of_angle and not e.harmonic,
+     {"joint_spring", "constant_torque", "magnet",
+      "unknown_torque.inner.over_angle", "unknown_torque.outer.over_angle"}),
+    (lambda e: e.of_joint and e.name in ("quadratic_friction", "air_drag", "load_friction", "impulse", "geared_rotor"),
+     {"quadratic_friction"}),
+    # States belong to what remembers, swings or has play.
+    (lambda e: e.remembers, {"presliding_friction"}),
+    (lambda e: e.is_local, {"magnet", "end_stop"}),
+    (lambda e: e.swings, {"pivot_compliance.base.oscillating"}),
+    (lambda e: e.states and not e.moves, {"backlash", "encoder_filter", "encoder_compliance"}),
+    (lambda e: e.brings_states, {"presliding_friction", "pivot_compliance.base.oscillating"}),
+    (lambda e: e.states and e.known_at_zero, {"backlash"}),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("has", "expected"), KINDS)
+def test_what_an_effect_is_is_known_from_its_formulas(has, expected):
+    """Each by its name, or by its key where other effects of the name are not all so."""
+    found = [effect for effect in CATALOGUE if has(effect)]
+    assert {effect.key if effect.key in expected else effect.name for effect in found} == expected
+
+
+def test_a_law_in_one_line_names_its_states_and_what_its_names_stand_for():
+    law = Law(torque="-size*bend*slope", where=(("slope", "1 + angle^2"),), states=(State("bend", "speed"),))
+    effect = Effect("mine", "inner", "mine", law, (EffectParameter("size", "N m", 0.0, 1.0, 0.1),), "mine")
+    assert effect.formula == "torque = -size*bend*slope; bend' = speed; slope = 1 + angle^2"
+    assert (effect.states, effect.remembers, effect.of_joint, effect.of_angle) == (1, True, True, False)
+    assert replace(effect, law=Law(reading="size*angle")).moves is False
+
+
+def test_an_error_over_the_angle_of_another_form_is_not_looked_for_in_a_spectrum():
+    """As one that a user writes, whose parameters are others."""
+    of_catalogue = next(effect for effect in CATALOGUE if effect.repeats)
+    size, times = (
+        replace(p, name=name) for p, name in zip(of_catalogue.parameters[1:], ("size", "times"), strict=True)
+    )
+    own = replace(of_catalogue, law=Law(reading="size*sin(times*angle)"), parameters=(size, times))
+    assert not own.repeats
+    assert own.has_score
+
+
+EACH = pytest.mark.parametrize("effect", CURVES, ids=lambda effect: effect.key)
+
+
+@EACH
+def test_the_compiled_law_is_the_spline_of_its_basis(effect):
+    at = np.random.default_rng(0).normal(scale=8.0, size=300)
+    values = np.random.default_rng(1).uniform(0.0, 1.0, effect.curve.count)
+    angle, speed = (at, np.ones(300)) if effect.curve.over == "angle" else (np.ones(300), at)
+    inner, zero = effect.joint == "inner", np.zeros(300)
+    states = np.stack([angle + math.pi, zero, speed, zero] if inner else [zero, angle, zero, speed], axis=1)
+    curve = acting((effect, values))
+    added = accelerations_at(COEFFICIENTS, states, zero, curve) - accelerations_at(COEFFICIENTS, states, zero)
+    coupling = COEFFICIENTS[0] * np.cos(states[:, 0] - states[:, 1])
+    torques = added[:, 0] + coupling * added[:, 1], coupling * added[:, 0] + COEFFICIENTS[1] * added[:, 1]
+    expected = (-1.0 if effect.dry else 1.0) * basis(effect.curve, at) @ values
+    np.testing.assert_allclose(torques, [expected, zero] if inner else [-expected, expected], atol=1e-10)
+
+
+@EACH
+def test_equal_coefficients_are_an_even_torque_and_four_at_most_are_felt_anywhere(effect):
+    contributions = basis(effect.curve, np.linspace(-50.0, 50.0, 1001))
+    np.testing.assert_allclose(contributions.sum(axis=1), 1.0, rtol=1e-12)
+    assert np.count_nonzero(contributions > 1e-15, axis=1).max() == 4
+
+
+@EACH
+def test_over_the_angle_it_repeats_with_each_turn_and_speeds_beyond_all_that_occur_change_nothing_more(effect):
+    if effect.curve.over == "angle":
+        at = np.linspace(-3.0, 3.0, 50)
+        np.testing.assert_allclose(basis(effect.curve, at + 4.0 * math.pi), basis(effect.curve, at), atol=1e-12)
+    else:
+        np.testing.assert_array_equal(*(basis(effect.curve, np.array([at])) for at in (1e3, 1e6)))
