@@ -6,11 +6,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array, Mask
 from cdp_ident.model.effects.effect import Effect, EffectParameter
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -40,7 +38,7 @@ class ActiveEffect:
         return tuple(parameter for parameter in self.effect.parameters if not parameter.fixed)
 
     @cached_property
-    def strengths(self) -> npt.NDArray[np.bool_]:
+    def strengths(self) -> Mask:
         """(k,) which of these are strengths, without which the others have no meaning."""
         return np.array([not parameter.shape for parameter in self.fitted], dtype=bool)
 

@@ -3,10 +3,9 @@
 """Quadratic functions minimised within limits."""
 
 import numpy as np
-import numpy.typing as npt
 from scipy.optimize import lsq_linear
 
-Array = npt.NDArray[np.float64]
+from cdp_ident.arrays import Array
 
 UNDETERMINED = 1e-14
 """Eigenvalue of the scaled matrix, as a share of the largest, below which a direction counts as undetermined."""

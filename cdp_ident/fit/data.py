@@ -7,16 +7,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.noise import noise_of, rounding_of_averages
 from cdp_ident.fit.roles import PartedTrial
 from cdp_ident.fit.scales import Scales
 from cdp_ident.fit.windows import FEWEST_SAMPLES, Window, cut_at, evenly
 from cdp_ident.trial.trial import Trial
-
-Array = npt.NDArray[np.float64]
 
 _FEWEST_WINDOWS = 4
 _LEAST_SHARE = 0.1

@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.windows import NEAR_STEPS, Window
@@ -22,8 +22,6 @@ from cdp_ident.machine.parallel import parallel_map
 from cdp_ident.model.layout import RODS_STATES
 from cdp_ident.model.steps import Times
 from cdp_ident.trial.differences import MEDIAN_OF_SIZE
-
-Array = npt.NDArray[np.float64]
 
 OUTLIER = 6.0
 """Residuals beyond so many robust standard deviations lose weight (Huber, Robust Statistics, 1981)."""

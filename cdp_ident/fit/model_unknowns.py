@@ -8,8 +8,8 @@ from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array, Mask
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.prior import FARTHEST
@@ -19,7 +19,6 @@ from cdp_ident.model.effects.forces import MOTORS
 from cdp_ident.model.parameters import GROUPS, INVERSE_INERTIA, time_unit
 from cdp_ident.model.weights import ErrorOf, Weight
 
-Array = npt.NDArray[np.float64]
 Model = TypeVar("Model", bound="ModelUnknowns")
 
 TORQUE_STD = 0.05
@@ -137,7 +136,7 @@ class ModelUnknowns:
         return reach
 
     @property
-    def of_weights(self) -> npt.NDArray[np.bool_]:
+    def of_weights(self) -> Mask:
         """Which of the unknowns are errors of weights."""
         end = len(self.base_names)
         of_weights = np.zeros(len(self.names), dtype=bool)
@@ -157,7 +156,7 @@ class ModelUnknowns:
         """Return this model with one effect more, whose unknowns come last."""
         return replace(self, effects=(*self.effects, effect))
 
-    def without_effect(self: Model, index: int) -> tuple[Model, npt.NDArray[np.bool_]]:
+    def without_effect(self: Model, index: int) -> tuple[Model, Mask]:
         """Return this model without an effect, and which of the unknowns remain."""
         remain = np.ones(len(self.names), dtype=bool)
         remain[self.places(index)] = False
@@ -189,7 +188,7 @@ class ModelUnknowns:
         return len(self.zero_joints) * len(self.zeros)
 
     @property
-    def of_zeros(self) -> npt.NDArray[np.bool_]:
+    def of_zeros(self) -> Mask:
         """Which of the unknowns are zeros of a trial."""
         first = len(self.base_names)
         of_zeros = np.zeros(len(self.names), dtype=bool)
@@ -197,12 +196,12 @@ class ModelUnknowns:
         return of_zeros
 
     @property
-    def of_rig(self) -> npt.NDArray[np.bool_]:
+    def of_rig(self) -> Mask:
         """Which of the unknowns are the rig's, and neither zeros of a trial nor errors of a weight."""
         return ~self.of_zeros & ~self.of_weights
 
     @property
-    def of_curves(self) -> npt.NDArray[np.bool_]:
+    def of_curves(self) -> Mask:
         """Which of the unknowns are coefficients of curves, which have no meaning one by one."""
         of_curves = np.zeros(len(self.names), dtype=bool)
         for index, active in enumerate(self.effects):
@@ -232,7 +231,7 @@ class ModelUnknowns:
             return 1.0 / self.mechanism.inertia
         return float(values[self.base_names.index(INVERSE_INERTIA.symbol)])
 
-    def with_inertia_known(self: Model, values: Array) -> tuple[Model, npt.NDArray[np.bool_]]:
+    def with_inertia_known(self: Model, values: Array) -> tuple[Model, Mask]:
         """Return this model with the A22 that values give as one that is known, and which unknowns remain."""
         remain = np.array([name != INVERSE_INERTIA.symbol for name in self.names])
         inertia = 1.0 / max(self.inverse_inertia(values), np.finfo(float).tiny)

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array, Indices
 from cdp_ident.fit.model_unknowns import ModelUnknowns
 from cdp_ident.fit.windows import Window
 from cdp_ident.model.acting import ActingEffects
@@ -16,9 +16,6 @@ from cdp_ident.model.layout import RODS_STATES
 from cdp_ident.model.motions import Motions, motions_over
 from cdp_ident.model.parameters import COEFFICIENTS, GROUPS, INVERSE_INERTIA, coefficients_of
 from cdp_ident.model.steps import Times
-
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)

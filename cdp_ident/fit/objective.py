@@ -7,16 +7,14 @@ from dataclasses import replace
 from itertools import groupby
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.windows import Window
 from cdp_ident.model.parameters import coefficients_of, groups_of, inertia_about_cart
 from cdp_ident.model.population import Population, Segment
 from cdp_ident.model.weights import Weight, added_by
 from cdp_ident.search.options import IGA
-
-Array = npt.NDArray[np.float64]
 
 SHORT_IGA = replace(IGA, population=64, generations=2)
 """The improved algorithm cut short: whole swings are fitted from its result."""

@@ -11,14 +11,12 @@ import warnings
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.optimize import minimize
 
+from cdp_ident.arrays import Array, Mask
 from cdp_ident.fit.prior import FARTHEST, KNOWN_RELATIVE_STD, Prior
 from cdp_ident.model.acting import outer_rod_length
 from cdp_ident.model.parameters import GROUPS, SYMBOLS, groups_of, inertia_about_cart
-
-Array = npt.NDArray[np.float64]
 
 _FRICTIONS = np.array([symbol in ("c1", "c2") for symbol in SYMBOLS])
 _FRICTION_GROUPS = np.array([group.symbol.startswith("c") for group in GROUPS])
@@ -39,7 +37,7 @@ class PhysicalValues:
     """(9,) physical values in the order of `SYMBOLS`."""
     std: Array
     """(9,) their standard deviations, the nominal values' own uncertainties included."""
-    determined: npt.NDArray[np.bool_]
+    determined: Mask
     """(9,) whether trials and measured values determine the value, or the nominal values had to."""
     inertia_relative_std: float
     """Relative standard deviation of their A22, to which all torques of the model are relative."""
@@ -153,7 +151,7 @@ def logarithmic_derivatives(values: Array, length: float, with_inertia: bool = F
 
 def _uncertainty(
     values: Array, shown: Array, shown_covariance: Array, prior: Prior, length: float
-) -> tuple[Array, npt.NDArray[np.bool_], float, float]:
+) -> tuple[Array, Mask, float, float]:
     """Return standard deviations (9,), what is determined, and the relative one of A22, now and with a rod weighed.
 
     All are linearised about the values.

@@ -6,13 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array, Mask
 from cdp_ident.errors import OptionError
 from cdp_ident.model.parameters import CONSTANTS, LARGEST, NOMINAL, PARAMETERS, SYMBOLS
 from cdp_ident.user_input import refuse_unknown
-
-Array = npt.NDArray[np.float64]
 
 _RANGE_IN_DEVIATIONS = 4.0
 """A search range, from lower to upper limit, is taken for so many standard deviations of the nominal value."""
@@ -89,7 +87,7 @@ class Prior:
         return np.array(lower), np.array(upper)
 
     @property
-    def is_known(self) -> npt.NDArray[np.bool_]:
+    def is_known(self) -> Mask:
         """(9,) whether a value was measured."""
         return np.array([symbol in self.known for symbol in SYMBOLS])
 

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.noise import encoder_steps
 from cdp_ident.fit.windows import DEFAULT_WINDOW, FEWEST_SAMPLES
@@ -21,8 +21,6 @@ from cdp_ident.trial.balance import motion_on_grid
 from cdp_ident.trial.scales import Scales as TrialScales
 from cdp_ident.trial.trial import Trial
 from cdp_ident.trial.weak_form import Motion
-
-Array = npt.NDArray[np.float64]
 
 _PAPER_S = time_unit(NOMINAL["L"], NOMINAL["g"])
 """Time unit of the paper's rig [s]: its step of the integrator and windows of two small swings are so many units."""

@@ -11,11 +11,9 @@ Volume Methods, 2002).
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array
 from cdp_ident.trial.trial import Trial
-
-Array = npt.NDArray[np.float64]
 
 
 def thinned(trial: Trial, together: int) -> Trial:

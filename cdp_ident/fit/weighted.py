@@ -11,12 +11,10 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array
 from cdp_ident.model.parameters import GROUPS
 from cdp_ident.model.weights import INERTIA, ErrorOf, Weight, added_by, mass_beyond
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -11,16 +11,14 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array
 from cdp_ident.fit.share import share_of
 from cdp_ident.model.steps import Times
 from cdp_ident.model.time_grid import DEFAULT_STEP, TimeGrid, interpolated
 from cdp_ident.model.weights import Weight
 from cdp_ident.trial.kinematics import local_motion
 from cdp_ident.trial.trial import Trial
-
-Array = npt.NDArray[np.float64]
 
 DEFAULT_WINDOW = 2.5
 """Length of a window [s]."""

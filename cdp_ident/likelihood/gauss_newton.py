@@ -14,8 +14,8 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.likelihood.noise import Noise
@@ -24,8 +24,6 @@ from cdp_ident.likelihood.reduction import Reduced, most_likely_change, reduced
 from cdp_ident.likelihood.sweeps import forwards
 from cdp_ident.likelihood.swing import Linearised
 from cdp_ident.likelihood.whole_swing import Recorded, WholeSwings
-
-Array = npt.NDArray[np.float64]
 
 MOST_STEPS = 60
 _ROUGHLY, CLOSE = 1.0, 0.03

@@ -6,15 +6,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.likelihood.gauss_newton import SHOWN, GaussNewton
 from cdp_ident.likelihood.noise import Noise
 from cdp_ident.likelihood.whole_swing import Recorded, WholeSwings
-
-Array = npt.NDArray[np.float64]
 
 CLOSE_ENOUGH, ENOUGH_STEPS = 0.3, 30
 """A model is compared with others once no step changes it by more than this share of a standard deviation, or after so

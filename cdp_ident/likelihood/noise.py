@@ -6,14 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array, Mask
 from cdp_ident.likelihood.sweeps import Whitened, filter_rows
 from cdp_ident.likelihood.swing import Linearised, Swing
 from cdp_ident.trial.differences import MEDIAN_OF_SIZE
-
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 _OUTLIER = 4.0
 """Readings that are further off than so many standard deviations lose weight (Huber, Robust Statistics, 1981)."""
@@ -183,7 +180,7 @@ class Noise:
             return linear.pushes
         return np.ascontiguousarray(np.stack([linear.by_base, linear.pushes[:, :, 1]], axis=2))
 
-    def _follows(self, swing: Swing) -> npt.NDArray[np.bool_]:
+    def _follows(self, swing: Swing) -> Mask:
         """Return whether each reading's noise remembers the one before (samples, 2)."""
         return swing.follows & (self.kept > 0.0)
 

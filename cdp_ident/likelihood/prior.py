@@ -11,15 +11,13 @@ Fields, 2005, section 3.4).
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from scipy.linalg import block_diag
 
+from cdp_ident.arrays import Array
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.model.effects.effect import Curve, EffectParameter
 from cdp_ident.model.parameters import CONSTANTS, time_unit
-
-Array = npt.NDArray[np.float64]
 
 _SECONDS = {"N m": -2, "N m/rad": -2, "N m/rad^3": -2, "N m s": -1, "N m/s": -3, "rad/s": -1, "s": 1, "s^2": 2}
 """The power of a second in each unit, torques being over A22; in those that are not here it is zero."""

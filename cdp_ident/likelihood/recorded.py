@@ -6,16 +6,14 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array
 from cdp_ident.fit.data import Data
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.share import share_of
 from cdp_ident.likelihood.swing import Swing
 from cdp_ident.likelihood.whole_swing import Recorded
 from cdp_ident.trial.trial import Trial
-
-Array = npt.NDArray[np.float64]
 
 _PIECE = 40.0
 """Pieces of long recordings, in time units: eight seconds of the paper's rig, so that effects whose states are unknown

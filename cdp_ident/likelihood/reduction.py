@@ -10,16 +10,13 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array, Indices
 from cdp_ident.fit.bounded import minimum_within_limits
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.likelihood.noise import Noise
 from cdp_ident.likelihood.sweeps import Whitened, backwards
 from cdp_ident.likelihood.swing import Linearised, Swing
-
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
 
 _NOTHING = 1e-100
 """Length of what is nothing."""

@@ -12,8 +12,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array, Indices, Mask
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.bounded import UNDETERMINED, minimum_within_limits
 from cdp_ident.likelihood.prior import known_of, typical
@@ -23,9 +23,6 @@ from cdp_ident.likelihood.swing import Linearised, Swing
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.effects.effect import JOINTS, Effect, Joint
 from cdp_ident.model.layout import ROOM
-
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
 
 _OVERFLOWS = 1e100
 """Sensitivities beyond this cannot be computed; what has them has no score."""
@@ -119,7 +116,7 @@ def _in_turns(
 def _scores(found: WholeSwings, candidates: Sequence[tuple[ActiveEffect, Array]]) -> Iterator[Score]:
     model, values, unit = found.model, found.values, found.recorded.time_unit
     own, places = len(values), dict[tuple[str, int | None, bytes], Indices]()
-    wanted, begins = list[npt.NDArray[np.bool_]]([np.ones(own, dtype=bool)]), list[int]()
+    wanted, begins = list[Mask]([np.ones(own, dtype=bool)]), list[int]()
     for candidate, beginning in candidates:
         key, first = (candidate.effect.key, candidate.trial, beginning.tobytes()), len(values)
         if key in places:

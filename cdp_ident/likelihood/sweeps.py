@@ -14,12 +14,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array, Indices
 from cdp_ident.machine.compilation import compiled, part
 from cdp_ident.model.layout import RODS_STATES
-
-Array = npt.NDArray[np.float64]
 
 _NOTHING = 1e-280
 """The square of the length of a column in which there is nothing."""
@@ -40,7 +38,7 @@ class Whitened(NamedTuple):
     """(samples, 2, d) H, by the state at the node before and the unknowns."""
     right: Array
     """(samples, 2) r."""
-    samples_at: npt.NDArray[np.int64]
+    samples_at: Indices
     """(nodes + 1,) where the samples of each node begin."""
     sizes: Array
     """(nodes, 2) standard deviation of the impulses of both joints."""

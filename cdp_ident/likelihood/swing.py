@@ -8,8 +8,8 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array, Indices, Mask
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.model.layout import RODS_STATES
 from cdp_ident.model.motions import motions_over
@@ -19,9 +19,6 @@ from cdp_ident.model.weights import Weight
 from cdp_ident.trial.differences import SAME
 from cdp_ident.trial.kinematics import local_motion
 from cdp_ident.trial.trial import Trial
-
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
 
 _REGULAR = 1.5
 """Readings that are further apart than so many usual steps do not follow one another."""
@@ -141,7 +138,7 @@ class Swing:
         return states
 
     @cached_property
-    def follows(self) -> npt.NDArray[np.bool_]:
+    def follows(self) -> Mask:
         """(samples, 2) whether each reading follows another one of its encoder as soon as usual, neither repeated."""
         steps, whole = np.diff(self.time), self.counts == 1.0
         follows = np.zeros(self.counts.shape, dtype=bool)
@@ -168,9 +165,7 @@ class Swing:
         """(nodes,) the cart's acceleration at the nodes [m/s^2]."""
         return self.times.u[2 * self.times.steps_at[:-1] + np.arange(len(self.times.begin))]
 
-    def linearised(
-        self, model: MotionModel, values: Array, states: Array, wanted: npt.NDArray[np.bool_] | None = None
-    ) -> Linearised:
+    def linearised(self, model: MotionModel, values: Array, states: Array, wanted: Mask | None = None) -> Linearised:
         """Return what a model says of the swing near states and values.
 
         Args:

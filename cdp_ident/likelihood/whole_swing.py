@@ -15,14 +15,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array, Mask
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.likelihood.noise import Noise
 from cdp_ident.likelihood.prior import Known, known_before
 from cdp_ident.likelihood.swing import Linearised, Swing
-
-Array = npt.NDArray[np.float64]
 
 _LEAST_TORQUE = 1e-5
 """Unknown torques are at least so large that within a time unit their impulses change an angle by this share of the
@@ -88,7 +86,7 @@ class WholeSwings:
     recorded: Recorded
     noise: Noise
     """Of encoders and unknown torques, none of which is zero."""
-    is_missing: npt.NDArray[np.bool_]
+    is_missing: Mask
     """(2,) whether each unknown torque is there: without it the swings are far less likely. They are those of the inner
     joint, or of a base that moves (`Noise.of_base`), and of the outer joint."""
     freedom: Array
@@ -112,7 +110,7 @@ class WholeSwings:
         return known_before(self.model)
 
     @property
-    def leaves_more(self) -> npt.NDArray[np.bool_]:
+    def leaves_more(self) -> Mask:
         """(2,) whether more than an encoder's noise remains: missing torque, or what noise is larger for."""
         return np.asarray(self.joints_missing | (self.noise.encoders > LARGER * self.recorded.encoders))
 
@@ -122,7 +120,7 @@ class WholeSwings:
         return self.noise.of_base and bool(self.is_missing[0])
 
     @property
-    def joints_missing(self) -> npt.NDArray[np.bool_]:
+    def joints_missing(self) -> Mask:
         """(2,) whether a torque is missing in each joint; a base that moves brings torques to both."""
         return np.asarray(self.is_missing | self.base_moves)
 

@@ -11,9 +11,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 from scipy.special import softmax
 
+from cdp_ident.arrays import Array
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.likelihood.whole_swing import LARGER, WholeSwings
@@ -22,8 +22,6 @@ from cdp_ident.tracing.model_search import SEVERAL, ModelSearch
 from cdp_ident.tracing.neighbours import strength
 from cdp_ident.tracing.odds import unlikelihood
 from cdp_ident.tracing.selection import Certainty, Selection
-
-Array = npt.NDArray[np.float64]
 
 _Name = tuple[str, str, int | None]
 """Name and joint of an effect, and of a difference the trial."""

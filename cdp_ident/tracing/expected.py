@@ -4,12 +4,8 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-import numpy.typing as npt
-
+from cdp_ident.arrays import Array
 from cdp_ident.model.effects.effect import Effect
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

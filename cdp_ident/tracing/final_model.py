@@ -5,16 +5,14 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.data import Data
 from cdp_ident.fit.initial_states import Fit, fit_initial_states
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.likelihood.maxima import values_with_less_torque
 from cdp_ident.likelihood.whole_swing import WholeSwings
-
-Array = npt.NDArray[np.float64]
 
 _CLEARLY = 0.9
 """Values with less unknown torque are taken where their error is at most this share of that of the most likely ones:

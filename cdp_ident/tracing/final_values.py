@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.data import Data
 from cdp_ident.likelihood.gauss_newton import GaussNewton
@@ -22,8 +22,6 @@ from cdp_ident.likelihood.noise import Noise
 from cdp_ident.likelihood.recorded import all_recorded, states_of
 from cdp_ident.likelihood.whole_swing import Recorded, WholeSwings
 from cdp_ident.tracing.final_model import FinalModel
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array
 from cdp_ident.diagnosis.identification import Inertia
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.initial_states import Fit
@@ -19,8 +19,6 @@ from cdp_ident.tracing.likeness import likeness
 from cdp_ident.tracing.missing_torque import MissingTorque
 from cdp_ident.tracing.odds import log10_odds
 from cdp_ident.tracing.selection import Certainty, Selection
-
-Array = npt.NDArray[np.float64]
 
 POINTS = 120
 """Points at which a curve is described, over the range that the motion covers."""

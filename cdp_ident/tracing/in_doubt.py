@@ -16,13 +16,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.special import chdtrc, softmax
 
+from cdp_ident.arrays import Array
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.likelihood.scores import Score
-
-Array = npt.NDArray[np.float64]
 
 _LEVEL = 0.05
 """Probability that chance alone gains so much, of one effect that is in doubt."""

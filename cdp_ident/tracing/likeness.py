@@ -3,9 +3,8 @@
 """Causes that the catalogue has no effect for, and to which a nonparametric torque is similar."""
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from cdp_ident.arrays import Array
 
 _ALIKE, _BY_MORE = 0.8, 0.03
 """A cause is mentioned if its shape explains at least so much of a curve's mean square, and by so much more than one

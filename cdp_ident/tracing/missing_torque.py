@@ -5,18 +5,16 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array, Indices
 from cdp_ident.likelihood.whole_swing import WholeSwings
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class MissingTorque:
     """The missing torque in each joint along the motion; columns are the two `JOINTS`."""
 
-    trial: npt.NDArray[np.int64]
+    trial: Indices
     """(n,) which trial a value is of."""
     time: Array
     """(n,) its time in the trial [s]."""

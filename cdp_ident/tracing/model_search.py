@@ -14,8 +14,8 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.likelihood.gauss_newton import SHOWN, GaussNewton
@@ -41,7 +41,6 @@ from cdp_ident.tracing.over_windows import OverWindows
 from cdp_ident.tracing.selection import Step, Tried
 from cdp_ident.tracing.shaped_like import shaped_like_the_last
 
-Array = npt.NDArray[np.float64]
 Key = tuple[tuple[str, int | None, float], ...]
 _Fitted = tuple[WholeSwings, tuple[str, ...]]
 """A fitted model, and the keys of the effects that it has more or less."""

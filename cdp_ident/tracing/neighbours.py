@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from itertools import combinations, islice
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.likelihood.prior import typical
@@ -23,8 +23,6 @@ from cdp_ident.model.layout import RODS_STATES
 from cdp_ident.model.time_grid import between
 from cdp_ident.tracing.missing_torque import MissingTorque
 from cdp_ident.tracing.odds import ambiguity, unlikelihood
-
-Array = npt.NDArray[np.float64]
 
 _TRIED = 4
 """So many of the most promising additions are fitted at a step: of effects that imitate one another they are enough."""

@@ -9,9 +9,9 @@ import ctypes
 from collections.abc import Iterator
 
 import numpy as np
-import numpy.typing as npt
 from scipy.optimize import least_squares
 
+from cdp_ident.arrays import Array
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.likelihood.scores import begun
 from cdp_ident.likelihood.whole_swing import WholeSwings
@@ -20,8 +20,6 @@ from cdp_ident.model.effects.curves import basis
 from cdp_ident.model.effects.effect import Curve, Effect
 from cdp_ident.model.formulas.compiled import motion_law
 from cdp_ident.model.formulas.language import INPUTS, MOTION_ROWS, PARAMETERS, SUMS
-
-Array = npt.NDArray[np.float64]
 
 _STEPS = 30
 """A law that is not like the curve after so many is not."""

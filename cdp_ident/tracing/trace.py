@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array
 from cdp_ident.diagnosis.evaluation import ErrorsByRole, errors_by_role, evaluate, refuse_a_failed_fit
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.errors import FitFailedError, IdentificationError
@@ -26,7 +26,6 @@ from cdp_ident.tracing.select_effects import select_effects, withdrawn_from
 from cdp_ident.tracing.selection import Selection
 from cdp_ident.tracing.unexplained import Unexplained, unexplained
 
-Array = npt.NDArray[np.float64]
 Stage = Literal["nominal", "search", "refined", "effects"]
 
 _AT_LIMIT = 0.999

@@ -6,16 +6,14 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array
 from cdp_ident.diagnosis.identification import GUESSED, Inertia
 from cdp_ident.likelihood.maxima import NEAR
 from cdp_ident.likelihood.whole_swing import LARGER, WholeSwings
 from cdp_ident.model.effects.effect import JOINTS, Joint
 from cdp_ident.tracing.final_model import FinalModel
 from cdp_ident.tracing.missing_torque import MissingTorque
-
-Array = npt.NDArray[np.float64]
 
 _BINS, _FEWEST_IN_BIN = 16, 20
 
