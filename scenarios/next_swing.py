@@ -9,9 +9,8 @@ import numpy as np
 
 from cdp_ident.design.knowledge import Knowledge
 from cdp_ident.fit.data import noise_over
-from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.prior import Prior
+from cdp_ident.fit.prior import Mechanism, Prior
 from cdp_ident.fit.scales import scales_of
 from cdp_ident.likelihood.maxima import most_likely
 from cdp_ident.likelihood.swing import Swing

@@ -11,10 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from cdp_ident.fit.force_balance import Pieces, balance_of_forces
-from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.objective import SHORT_IGA, search_objective
-from cdp_ident.fit.prior import Prior
+from cdp_ident.fit.prior import Mechanism, Prior
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.likelihood.gauss_newton import GaussNewton
 from cdp_ident.likelihood.maxima import CLOSE_ENOUGH, ENOUGH_STEPS, NEAR

@@ -10,8 +10,8 @@ import numpy as np
 from scipy.signal import lfilter
 
 from cdp_ident.fit.active_effect import ActiveEffect
-from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.fit.prior import Mechanism
 from cdp_ident.likelihood.gauss_newton import GaussNewton
 from cdp_ident.likelihood.maxima import NEAR
 from cdp_ident.likelihood.noise import Noise

@@ -18,8 +18,8 @@ import numpy.typing as npt
 from cdp_ident.configuration.parameter_file import parameter_file, read_parameter_file
 from cdp_ident.errors import OptionError
 from cdp_ident.fit.active_effect import ActiveEffect
-from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.fit.prior import Mechanism
 from cdp_ident.model.acting import outer_rod_length
 from cdp_ident.model.effects import own
 from cdp_ident.model.effects.catalogue import COEFFICIENTS, VARIANT, effect_of

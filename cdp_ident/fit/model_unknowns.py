@@ -11,8 +11,7 @@ import numpy as np
 
 from cdp_ident.arrays import Array, Mask
 from cdp_ident.fit.active_effect import ActiveEffect
-from cdp_ident.fit.mechanism import Mechanism
-from cdp_ident.fit.prior import FARTHEST
+from cdp_ident.fit.prior import FARTHEST, Mechanism
 from cdp_ident.fit.weighted import Layout, Weighted
 from cdp_ident.model.effects.effect import JOINTS, EffectParameter
 from cdp_ident.model.effects.forces import MOTORS

@@ -7,11 +7,10 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from cdp_ident.errors import OptionError
-from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.model_unknowns import TORQUE_STD
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.objective import PAPER_SPAN, SHORT_IGA
-from cdp_ident.fit.prior import Prior
+from cdp_ident.fit.prior import Mechanism, Prior
 from cdp_ident.search.options import METHODS, GeneticOptions
 
 _SHORTEST_WINDOW = 0.001

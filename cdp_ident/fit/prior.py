@@ -9,7 +9,8 @@ import numpy as np
 
 from cdp_ident.arrays import Array, Mask
 from cdp_ident.errors import OptionError
-from cdp_ident.model.parameters import CONSTANTS, LARGEST, NOMINAL, PARAMETERS, SYMBOLS
+from cdp_ident.model.acting import outer_rod_length
+from cdp_ident.model.parameters import CONSTANTS, LARGEST, NOMINAL, PARAMETERS, SYMBOLS, inertia_about_cart
 from cdp_ident.user_input import refuse_unknown
 
 _RANGE_IN_DEVIATIONS = 4.0
@@ -113,3 +114,24 @@ class Prior:
             for p, value in zip(PARAMETERS, self.centre, strict=True)
         ]
         return np.diag(self.relative_std**2) + _GUESSED_SCALE**2 * np.outer(scaled, scaled)
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """What the model must know of the rig beforehand, because no zero-input trial shows it."""
+
+    length: float
+    """L [m], or the value to begin with where it is free."""
+    gravity: float
+    """g [m/s^2], or the value to begin with where it is free."""
+    outer_length: float
+    """Length of the outer rod [m]."""
+    inertia: float
+    """A22 [kg m^2], or the value to begin with where it is free."""
+
+    @classmethod
+    def of(cls, prior: Prior) -> "Mechanism":
+        """Take it from what is known before any trial."""
+        l2 = float(prior.centre[SYMBOLS.index("l2")])
+        inertia = float(inertia_about_cart(prior.centre, prior.length))
+        return cls(prior.length, prior.gravity, outer_rod_length(prior.length, l2), inertia)

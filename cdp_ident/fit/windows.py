@@ -13,7 +13,6 @@ from itertools import pairwise
 import numpy as np
 
 from cdp_ident.arrays import Array
-from cdp_ident.fit.share import share_of
 from cdp_ident.model.steps import Times
 from cdp_ident.model.time_grid import DEFAULT_STEP, TimeGrid, interpolated
 from cdp_ident.model.weights import Weight
@@ -178,3 +177,17 @@ def cut_at(trial: Trial, index: int, bounds: Sequence[int], step: float = DEFAUL
             )
         )
     return windows
+
+
+_GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
+
+
+def share_of(durations: Sequence[float], enough: float) -> tuple[int, ...]:
+    """Return the indices of pieces, ascending, that are spread evenly over all and last for enough [s] together.
+
+    They are all pieces where these last no longer, and at least one.
+    """
+    order = np.argsort(np.arange(len(durations)) * _GOLDEN % 1.0, kind="stable")
+    motion = np.cumsum(np.asarray(durations)[order])
+    count = len(durations) if motion[-1] <= enough else max(int(np.searchsorted(motion, enough)), 1)
+    return tuple(sorted(order[:count].tolist()))

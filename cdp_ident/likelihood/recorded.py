@@ -10,7 +10,7 @@ import numpy as np
 from cdp_ident.arrays import Array
 from cdp_ident.fit.data import Data
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.share import share_of
+from cdp_ident.fit.windows import share_of
 from cdp_ident.likelihood.swing import Swing
 from cdp_ident.likelihood.whole_swing import Recorded
 from cdp_ident.trial.trial import Trial

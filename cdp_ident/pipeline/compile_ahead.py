@@ -15,8 +15,8 @@ from collections.abc import Callable
 import numpy as np
 
 from cdp_ident.errors import IdentificationError
-from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.fit.prior import Mechanism
 from cdp_ident.likelihood.maxima import most_likely
 from cdp_ident.likelihood.swing import Swing
 from cdp_ident.likelihood.whole_swing import Recorded

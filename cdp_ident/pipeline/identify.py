@@ -29,7 +29,7 @@ from cdp_ident.likelihood.recorded import fitted_recorded, states_of
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.parameters import groups_of, inertia_about_cart, time_unit
 from cdp_ident.search.genetic_search import Progress, SearchResult, genetic_search
-from cdp_ident.tracing.expected import ExpectedEffect
+from cdp_ident.tracing.select_effects import ExpectedEffect
 from cdp_ident.tracing.trace import LongerWindows, Trace, judged, trace
 from cdp_ident.trial.trial import Trial
 

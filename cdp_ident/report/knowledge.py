@@ -22,8 +22,8 @@ from cdp_ident.model.weights import Weight
 from cdp_ident.report.curves import Curves
 from cdp_ident.report.next_trial import NOISES
 from cdp_ident.report.schema import Also, Section
-from cdp_ident.tracing.expected import ExpectedEffect
 from cdp_ident.tracing.found_effects import FoundEffect
+from cdp_ident.tracing.select_effects import ExpectedEffect
 from cdp_ident.trial.trial import Trial
 
 _SPANS = ("duration", "interval", "spacing", "step")

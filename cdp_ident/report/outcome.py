@@ -9,7 +9,7 @@ from typing import Any
 
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.diagnosis.identification import Identification
-from cdp_ident.tracing.expected import ExpectedEffect
+from cdp_ident.tracing.select_effects import ExpectedEffect
 from cdp_ident.tracing.trace import Trace
 from cdp_ident.trial.trial import Trial
 

@@ -3,19 +3,31 @@
 """From a fitted paper's model to the effects that it lacks."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from cdp_ident.arrays import Array
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.windows import shared
+from cdp_ident.model.effects.effect import Effect
 from cdp_ident.tracing.certainty import certainties, not_distinguished, probabilities
-from cdp_ident.tracing.expected import ExpectedEffect
 from cdp_ident.tracing.model_search import InterruptedSearchError, ModelSearch
 from cdp_ident.tracing.neighbours import Neighbour, additions, hidden_by_torques
 from cdp_ident.tracing.over_windows import OverWindows
 from cdp_ident.tracing.selection import Selection, Step
+
+
+@dataclass(frozen=True)
+class ExpectedEffect:
+    """An effect that was found on the rig before."""
+
+    effect: Effect
+    values: Array
+    """(k,) of its fitted parameters, torques over A22."""
+    std: Array
+    """(k,) their standard deviations."""
 
 
 def select_effects(

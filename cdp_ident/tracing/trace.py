@@ -17,12 +17,10 @@ from cdp_ident.fit.physical import PhysicalValues
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.parameters import groups_of, inertia_about_cart
 from cdp_ident.tracing.certainty import shown_by, where_more_remains
-from cdp_ident.tracing.expected import ExpectedEffect
-from cdp_ident.tracing.final_model import FinalModel, is_worse
-from cdp_ident.tracing.final_values import final_values
+from cdp_ident.tracing.final_model import FinalModel, final_values, is_worse
 from cdp_ident.tracing.found_effects import FoundEffect, found_effects
 from cdp_ident.tracing.in_doubt import InDoubt, added_covariance, effects_in_doubt
-from cdp_ident.tracing.select_effects import select_effects, withdrawn_from
+from cdp_ident.tracing.select_effects import ExpectedEffect, select_effects, withdrawn_from
 from cdp_ident.tracing.selection import Selection
 from cdp_ident.tracing.unexplained import Unexplained, unexplained
 

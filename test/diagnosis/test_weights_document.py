@@ -7,10 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.physical import nearest_physical_values, shown_by_trials
-from cdp_ident.fit.prior import Prior
+from cdp_ident.fit.prior import Mechanism, Prior
 from cdp_ident.model.parameters import SYMBOLS
 from cdp_ident.model.weights import Weight
 from reference.pendulum import TABLE_5

@@ -7,9 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from cdp_ident.fit.active_effect import ActiveEffect
-from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.model_unknowns import ModelUnknowns
-from cdp_ident.fit.prior import Prior
+from cdp_ident.fit.prior import Mechanism, Prior
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.parameters import GROUPS
 

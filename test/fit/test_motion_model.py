@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from cdp_ident.fit.active_effect import ActiveEffect
-from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.prior import Prior
+from cdp_ident.fit.prior import Mechanism, Prior
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.likelihood.swing import Swing
 from cdp_ident.model.effects.catalogue import CATALOGUE

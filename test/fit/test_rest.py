@@ -9,8 +9,8 @@ import pytest
 
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.initial_states import fit_initial_states
-from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.fit.prior import Mechanism
 from cdp_ident.fit.windows import cut_at, cut_into_windows
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.parameters import SYMBOLS, groups_of, inertia_about_cart

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from cdp_ident.fit.active_effect import ActiveEffect
-from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.fit.prior import Mechanism
 from cdp_ident.likelihood.prior import bending, known_before, known_of, typical
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.curves import CURVES

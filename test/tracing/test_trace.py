@@ -11,7 +11,7 @@ import pytest
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.pipeline.identify import identify
-from cdp_ident.tracing import final_values
+from cdp_ident.tracing import final_model
 from cdp_ident.tracing import trace as tracing
 from cdp_ident.tracing.final_model import is_worse
 from cdp_ident.tracing.neighbours import additions
@@ -132,8 +132,8 @@ def test_without_values_from_whole_swings_those_that_were_judged_stand_and_the_r
     def fails(*arguments):
         raise IdentificationError("the most likely motion was not found in 60 steps")
 
-    monkeypatch.setattr(final_values, "most_likely", fails)
-    monkeypatch.setattr(final_values, "GaussNewton", fails)
+    monkeypatch.setattr(final_model, "most_likely", fails)
+    monkeypatch.setattr(final_model, "GaussNewton", fails)
     found = judged_again(identified, traced.searched)
     assert found.whole is None
     np.testing.assert_array_equal(found.completed.fit.values, found.after.fit.values)

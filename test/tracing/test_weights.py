@@ -7,9 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cdp_ident.fit.mechanism import Mechanism
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.fit.prior import Prior
+from cdp_ident.fit.prior import Mechanism, Prior
 from cdp_ident.likelihood.scores import shocks
 from cdp_ident.model.parameters import SYMBOLS, groups_of
 from cdp_ident.model.weights import Weight

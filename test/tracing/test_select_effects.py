@@ -13,8 +13,7 @@ from cdp_ident.fit.roles import PartedTrial
 from cdp_ident.fit.scales import scales_of
 from cdp_ident.likelihood.maxima import NEAR
 from cdp_ident.likelihood.recorded import fitted_recorded
-from cdp_ident.tracing.expected import ExpectedEffect
-from cdp_ident.tracing.select_effects import select_effects
+from cdp_ident.tracing.select_effects import ExpectedEffect, select_effects
 from scenarios.swings import TRUE, fitted, known, measured, motion
 
 NOISE = np.full(3, 3e-4)

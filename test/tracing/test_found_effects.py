@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from cdp_ident.tracing.likeness import likeness
+from cdp_ident.tracing.found_effects import likeness
 
 ANGLES = np.linspace(-1.5, 1.8, 120)
 
