@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from cdp_ident.likelihood.sweeps import Whitened, filter_rows
 from cdp_ident.likelihood.swing import Linearised, Swing
-from cdp_ident.trial.differences import MEDIAN_OF_SIZE
+from cdp_ident.trial.kinematics import MEDIAN_OF_SIZE
 
 Array = npt.NDArray[np.float64]
 
