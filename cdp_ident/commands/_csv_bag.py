@@ -16,8 +16,8 @@ from cdp_ident.commands._csv_recording import Recording, recording_of
 from cdp_ident.errors import BagError, OtherMotionError, TrialError
 from cdp_ident.model.parameters import NOMINAL
 from cdp_ident.outside_text import shown, utf_8
+from cdp_ident.trial.conventions import gravity_of
 from cdp_ident.trial.find import Found, find_trial
-from cdp_ident.trial.gravity import gravity_of
 from cdp_ident.trial.joints import Samples, model_angles
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.order import elapsed

@@ -14,8 +14,8 @@ from cdp_ident.bag.joint_recording import JointRecording
 from cdp_ident.commands._csv_arguments import ANGLE_UNITS, LENGTH_UNITS, MEANINGS, TypedOptions, unit_in
 from cdp_ident.commands._csv_time import stamps_of, times
 from cdp_ident.errors import BagError, OptionError
+from cdp_ident.trial.conventions import found_units, in_right_ranges
 from cdp_ident.trial.film import rods_on_film
-from cdp_ident.trial.gravity import found_units, in_right_ranges
 from cdp_ident.trial.joints import Samples, in_angles, select_joints
 from cdp_ident.trial.options import UNITS, TrialOptions, Unit
 

@@ -10,7 +10,7 @@ import numpy as np
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.fit.initial_states import OUTLIER
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, SYMBOLS
-from cdp_ident.trial.differences import MEDIAN_OF_SIZE
+from cdp_ident.trial.kinematics import MEDIAN_OF_SIZE
 from cdp_ident.trial.outliers import outlier_words
 from cdp_ident.trial.trial import Trial
 

@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The base parameters from measured angles alone, without initial values, a box or a simulation.
 
-The balance of forces in weak form (`trial/weak_form.py`) is linear in the base parameters and the joints' dry friction
+The balance of forces in weak form (`trial/balance.py`) is linear in the base parameters and the joints' dry friction
 once L and g are known, for A23 = m2 l2 L. It is where a fit begins.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,11 +18,10 @@ from cdp_ident.fit.initial_states import OUTLIER
 from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.model.parameters import GROUPS, time_unit
 from cdp_ident.model.weights import Weight, added_by
-from cdp_ident.trial.balance import motion_on_grid
-from cdp_ident.trial.differences import MEDIAN_OF_SIZE
+from cdp_ident.trial.balance import COLUMNS, WINDOW, Motion, motion_on_grid, windows
+from cdp_ident.trial.kinematics import MEDIAN_OF_SIZE
 from cdp_ident.trial.scales import PER_UNIT, Scales
 from cdp_ident.trial.trial import Trial
-from cdp_ident.trial.weak_form import COLUMNS, WINDOW, Motion, integrated
 
 _STRIDE = 3
 """Grid points between neighbouring windows: a quarter of a half width."""
@@ -43,27 +42,43 @@ class Pieces:
     """L [m]."""
     gravity: float
     """g [m/s^2]."""
-    motions: tuple[Motion, ...]
-    weights: tuple[tuple[Weight, ...], ...]
-    """On the rods in each motion."""
+    motions: tuple[tuple[Motion, tuple[Weight, ...]], ...]
+    """Each with the weights on the rods."""
 
     @classmethod
     def of(cls, trials: Sequence[Trial], length: float, gravity: float) -> "Pieces":
         """Take the motion of the trials' stretches between gaps that are longer than a rig's time unit."""
-        unit = time_unit(length, gravity)
-        motions, weights = list[Motion](), list[tuple[Weight, ...]]()
+        motions = list[tuple[Motion, tuple[Weight, ...]]]()
         for trial in trials:
-            for stretch in trial.stretches:
-                scales = Scales.at_least(unit, stretch.time)
-                if stretch.duration > 2 * WINDOW / PER_UNIT * scales.unit:
-                    motions.append(motion_on_grid(stretch.time, stretch.theta, stretch.cart, scales, stretch.torques))
-                    weights.append(trial.weights)
-        return cls(length, gravity, tuple(motions), tuple(weights))
+            for part in trial.stretches:
+                scales = Scales.at_least(time_unit(length, gravity), part.time)
+                if part.duration > 2 * WINDOW / PER_UNIT * scales.unit:
+                    motion = motion_on_grid(part.time, part.theta, part.cart, scales, part.torques)
+                    motions.append((motion, trial.weights))
+        return cls(length, gravity, tuple(motions))
 
     @property
     def inertia_free(self) -> bool:
         """Whether weights or motors show A22."""
-        return any(motion.torques is not None for motion in self.motions) or len(set(self.weights)) > 1
+        return any(of.torques is not None for of, _ in self.motions) or len({on for _, on in self.motions}) > 1
+
+    def basis(self, weights: Sequence[Weight], length_free: bool) -> Array:
+        """Return the lumped numbers (columns, unknowns) with weights on the rods that each unknown alone stands for.
+
+        The unknowns are the base parameters, dry friction in both joints, m2 l2 over A22 where L is free, and 1 / A22
+        where weights or motors show it.
+        """
+        g, length = self.gravity, self.length
+        found = [{"A23": 1.0}, {"A33": 1.0}, {"G1": g}, {"c1": 1.0}, {"c2": 1.0}, {"k1": 1.0}, {"k2": 1.0}]
+        if length_free:
+            found.append({"G2": g})
+        else:
+            found[0]["G2"] = g / length
+        if self.inertia_free:
+            A22, A23, A33, a1, *_ = added_by(weights, length).tolist()
+            moments = {"G1": g * a1, "G2": g / length * A23}
+            found.append({"A22": A22, "A23": A23, "A33": A33, **moments, "M1": 1.0, "M2": 1.0})
+        return np.array([[of_one.get(column, 0.0) for of_one in found] for column in COLUMNS])
 
 
 @dataclass(frozen=True)
@@ -89,17 +104,17 @@ def balance_of_forces(pieces: Pieces, length_free: bool = False) -> ForceBalance
     Raises:
         IdentificationError: there is too little motion.
     """
-    basis = _basis_of(pieces, length_free)
-    needed = [COLUMNS.index("A22"), *np.flatnonzero(basis(()).any(axis=1)).tolist()]
-    columns: Array = np.zeros((0, 2, basis(()).shape[1]))
+    plain = pieces.basis((), length_free)
+    columns: Array = np.zeros((0, 2, plain.shape[1]))
     target, holds = columns[..., 0], columns[..., 0] > 0.0
-    for motion, weights in zip(pieces.motions, pieces.weights, strict=True):
-        lumped, uncertain = integrated(motion, pieces.gravity, [COLUMNS[place] for place in needed], _STRIDE)
+    for motion, weights in pieces.motions:
+        balance = windows(motion, pieces.gravity, _STRIDE)
         # The sum is free of the outer joint's torque, and the outer rod's equation of the inner joint's, which while a
         # joint sticks is as large as it needs to be.
-        lumped[:, 0] += lumped[:, 1]
-        columns = np.concatenate([columns, lumped @ basis(weights)[needed]])
-        target, holds = np.concatenate([target, -lumped[..., 0]]), np.concatenate([holds, uncertain < _STICKS])
+        balance.terms[:, 0] += balance.terms[:, 1]
+        columns = np.concatenate([columns, balance.terms @ pieces.basis(weights, length_free)])
+        target = np.concatenate([target, -balance.terms[..., COLUMNS.index("A22")]])
+        holds = np.concatenate([holds, balance.slack < _STICKS])
     if np.any(holds.sum(axis=0) < _FEWEST):
         joint = JOINTS[int(np.argmin(holds.sum(axis=0)))]
         raise IdentificationError(f"there is too little motion of the {joint} joint for a balance of forces")
@@ -110,8 +125,8 @@ def balance_of_forces(pieces: Pieces, length_free: bool = False) -> ForceBalance
         spread = np.array([np.median(np.abs(left[counts[:, k], k])) / MEDIAN_OF_SIZE for k in range(2)])
         counts = holds & (np.abs(left) <= OUTLIER * np.maximum(spread, 1e-300))
     values[1] = max(values[1], _MARGIN * values[0] ** 2)
-    numbers = dict(zip(COLUMNS, basis(()) @ values, strict=True))
-    moments = np.sin(np.concatenate([motion.angles for motion in pieces.motions])) * [numbers["G1"], numbers["G2"]]
+    numbers = dict(zip(COLUMNS, plain @ values, strict=True))
+    moments = np.sin(np.concatenate([motion.angles for motion, _ in pieces.motions])) * [numbers["G1"], numbers["G2"]]
     gravity = np.sqrt([np.mean(moments.sum(axis=1) ** 2), np.mean(moments[:, 1] ** 2)])
     groups, dry_friction, others = np.split(values, [len(GROUPS), len(GROUPS) + len(JOINTS)])
     return ForceBalance(
@@ -121,30 +136,6 @@ def balance_of_forces(pieces: Pieces, length_free: bool = False) -> ForceBalance
         length=groups[0] / others[0] if length_free and others[0] else pieces.length,
         unexplained=np.divide(spread, gravity, out=np.full(2, np.inf), where=gravity > 0.0),
     )
-
-
-def _basis_of(pieces: Pieces, length_free: bool) -> Callable[[Sequence[Weight]], Array]:
-    """Return a function from weights on the rods to the lumped numbers (columns, unknowns) that the unknowns are.
-
-    These are the base parameters, dry friction in both joints, m2 l2 over A22 where L is free, and 1 / A22 where
-    weights or motors show it.
-    """
-    g, length = pieces.gravity, pieces.length
-
-    def basis(weights: Sequence[Weight]) -> Array:
-        found = [{name: 1.0} for name in ("A23", "A33", "a1", "c1", "c2", "k1", "k2")]
-        found[2] = {"G1": g}
-        if length_free:
-            found.append({"G2": g})
-        else:
-            found[0]["G2"] = g / length
-        if pieces.inertia_free:
-            A22, A23, A33, a1, *_ = added_by(weights, length).tolist()
-            moments = {"G1": g * a1, "G2": g / length * A23}
-            found.append({"A22": A22, "A23": A23, "A33": A33, **moments, "M1": 1.0, "M2": 1.0})
-        return np.array([[of_one.get(column, 0.0) for of_one in found] for column in COLUMNS])
-
-    return basis
 
 
 def _least_squares(columns: Array, target: Array, counts: Mask) -> Array:

@@ -21,7 +21,7 @@ from cdp_ident.fit.windows import NEAR_STEPS, Window
 from cdp_ident.machine.parallel import parallel_map
 from cdp_ident.model.layout import RODS_STATES
 from cdp_ident.model.steps import Times
-from cdp_ident.trial.differences import MEDIAN_OF_SIZE
+from cdp_ident.trial.kinematics import MEDIAN_OF_SIZE
 
 OUTLIER = 6.0
 """Residuals beyond so many robust standard deviations lose weight (Huber, Robust Statistics, 1981)."""

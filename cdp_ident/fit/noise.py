@@ -5,7 +5,7 @@
 import numpy as np
 
 from cdp_ident.arrays import Array, Mask
-from cdp_ident.trial.differences import MEDIAN_OF_SIZE, SAME, encoder_step, fourth_differences
+from cdp_ident.trial.kinematics import MEDIAN_OF_SIZE, SAME, encoder_step, fourth_differences
 from cdp_ident.trial.trial import Trial
 
 _STANDS_OUT = 4.0

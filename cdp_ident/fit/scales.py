@@ -17,10 +17,9 @@ from cdp_ident.fit.noise import encoder_steps
 from cdp_ident.fit.windows import DEFAULT_WINDOW, FEWEST_SAMPLES
 from cdp_ident.model.parameters import NOMINAL, time_unit
 from cdp_ident.model.time_grid import DEFAULT_STEP
-from cdp_ident.trial.balance import motion_on_grid
+from cdp_ident.trial.balance import Motion, motion_on_grid
 from cdp_ident.trial.scales import Scales as TrialScales
 from cdp_ident.trial.trial import Trial
-from cdp_ident.trial.weak_form import Motion
 
 _PAPER_S = time_unit(NOMINAL["L"], NOMINAL["g"])
 """Time unit of the paper's rig [s]: its step of the integrator and windows of two small swings are so many units."""

@@ -10,7 +10,7 @@ import numpy as np
 from cdp_ident.arrays import Array, Mask
 from cdp_ident.likelihood.sweeps import Whitened, filter_rows
 from cdp_ident.likelihood.swing import Linearised, Swing
-from cdp_ident.trial.differences import MEDIAN_OF_SIZE
+from cdp_ident.trial.kinematics import MEDIAN_OF_SIZE
 
 _OUTLIER = 4.0
 """Readings that are further off than so many standard deviations lose weight (Huber, Robust Statistics, 1981)."""

@@ -16,8 +16,7 @@ from cdp_ident.model.motions import motions_over
 from cdp_ident.model.steps import Times
 from cdp_ident.model.time_grid import interpolated
 from cdp_ident.model.weights import Weight
-from cdp_ident.trial.differences import SAME
-from cdp_ident.trial.kinematics import local_motion
+from cdp_ident.trial.kinematics import SAME, local_motion
 from cdp_ident.trial.trial import Trial
 
 _REGULAR = 1.5

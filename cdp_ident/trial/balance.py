@@ -1,26 +1,43 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""The balance of forces of the recorded motion, without any parameter known beforehand.
+"""The balance of forces in weak form: linear in lumped numbers, without accelerations or anything known beforehand.
 
-It holds, in weak form (`weak_form`), in every window in which nothing but gravity, the joints' friction and the cart's
-measured acceleration acts. A joint that stands still is held by any friction. Where the balance does not hold with the
-numbers of the other windows, a hand acted on the rods, or the angles have another meaning than assumed.
+The equations of motion of both rods are rates of change of momenta p and torques q, each linear in lumped numbers over
+A22: those of the paper's model, G1 = a1 g and G2 = m2 l2 g for gravity, the joints' dry friction k1, k2, motors'
+torques times M1 and M2, and the constant coupling D of a rotor geared to the outer joint. With s, c the sine and cosine
+of theta1 - theta2, w1, w2 the angular velocities, d1, d2 the directions in which the joints turn, and u the cart's
+acceleration::
+
+    w1' + A23 [(c w2)' + s w1 w2] + D w2' + c1 w1 + c2 (w1 - w2) + k1 d1 - k2 d2 = G1 (sin theta1 - cos theta1 u / g)
+    A23 [(c w1)' - s w1 w2] + D w1' + A33 w2' + c2 (w2 - w1) + k2 d2             = G2 (sin theta2 - cos theta2 u / g)
+
+Multiplied with a test function that vanishes at the ends of a short window and integrated by parts, p' becomes minus
+the integral of the function's slope times p: no derivative of the data beyond the angular velocities is taken
+(Messenger and Bortz, J. Comput. Phys. 443, 2021; modulating functions: Shinbrot, Trans. ASME 79, 1957). The measured
+speed v of a cart enters as cos(theta) u = (cos(theta) v)' + sin(theta) w v. Errors e1, e2 of the angles' zeros add, to
+first order, the derivatives of the terms with A23, G1 and G2 by the angles, times E12 = A23 (e1 - e2), E1 = G1 e1 and
+E2 = G2 e2.
+
+A joint that stands still is held by any friction. Where the balance does not hold with the numbers of the other
+windows, a hand acted on the rods, or the angles have another meaning than assumed.
 """
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import erf
 
-from cdp_ident.arrays import Array, Rows
+from cdp_ident.arrays import Array, Mask, Rows
 from cdp_ident.model.parameters import NOMINAL
-from cdp_ident.trial import weak_form
 from cdp_ident.trial.kinematics import local_motion, off_smooth
 from cdp_ident.trial.scales import Scales, sampling_step
-from cdp_ident.trial.weak_form import WINDOW, Motion, integrated, window_weights
 
-COLUMNS = weak_form.COLUMNS[1:]
-"""The lumped numbers in their order, relative to A22."""
+COLUMNS = ("A22", "A23", "A33", "c1", "c2", "G1", "G2", "k1", "k2", "D", "E12", "E1", "E2", "M1", "M2")
+"""What the balance is linear in; A22 itself is one, and M1, M2 what motors' torques are multiplied by."""
+WINDOW = 25
+"""Grid points of a window: 1.2 units of the motion's time scale from its first to its last."""
 _STICKS = 0.5
 """A joint sticks where the direction of its friction is uncertain by more than this share."""
 _LEAST_GRAVITY = 0.1
@@ -28,37 +45,42 @@ _LEAST_GRAVITY = 0.1
 
 
 @dataclass(frozen=True)
-class Windows(Rows):
-    """The balance of forces in windows of a motion."""
+class Motion:
+    """The motion of one piece of a recording on a grid of times."""
 
-    terms: Array
-    """(k, 2, 15) what A22, which is one, and the lumped numbers are multiplied by, in the order of `COLUMNS`."""
-    slack: Array
-    """(k, 2) uncertainty of the direction of each joint's dry friction where the joint is slow: 0 to 1."""
-    noise: Array
-    """(k, 2) variance of the noise of the accelerations of both rods [(rad/s^2)^2]."""
+    time: Array
+    """(m,) times of the grid [s], spaced by `scales.spacing`."""
+    angles: Array
+    """(m, 2) theta1, theta2, or the positions of the inner and outer joint that they are made of [rad]."""
+    rates: Array
+    """(m, 2) their velocities [rad/s]."""
+    cart: Array
+    """(m,) position of the cart [m]."""
+    cart_velocity: Array
+    """(m,) velocity of the cart [m/s]."""
+    scales: Scales
+    angle_noise: Array
+    """(2,) standard deviation of the angles' noise [rad]."""
+    gain: float
+    """Variance that it gives to the acceleration over a window, over its own [1/s^4]."""
+    torques: Array | None = None
+    """(m, 2) torques of motors in the joints [N m]; None where there are none, or they are no known input."""
 
-    def __len__(self) -> int:
-        """Return how many there are."""
-        return len(self.terms)
+    @property
+    def directions(self) -> Array:
+        """(m, 2) directions in which joints slip, from -1 to 1; uncertain where dry friction may hold a joint.
 
-
-def joined(parts: Sequence[Windows]) -> Windows:
-    """Return the windows of several motions as one."""
-    return Windows(*(np.concatenate([getattr(part, name) for part in parts]) for name in Windows.__dataclass_fields__))
+        They are the means of the sign of speeds that are known to `scales.slow`, a standard deviation.
+        """
+        return np.asarray(erf(np.diff(self.rates, axis=1, prepend=0.0) / (math.sqrt(2.0) * self.scales.slow)))
 
 
 def motion_on_grid(
     time: Array, angles: Array, cart: Array | None, scales: Scales | None = None, torques: Array | None = None
 ) -> Motion:
-    """Estimate angles and velocities on a grid from samples.
+    """Estimate angles and velocities on a grid, of given scales or those of this motion, from samples.
 
-    Args:
-        time: (n,) of the samples [s].
-        angles: (n, 2) [rad].
-        cart: (n,) its position [m].
-        scales: of the grid; else those of this motion.
-        torques: (n, 2) of motors in the joints.
+    `time` and `cart` are (n,) [s, m], `angles` and `torques` of motors (n, 2) [rad, N m].
     """
     scales = scales or Scales.of(time, angles)
     at = np.arange(time[0], time[-1], scales.spacing)
@@ -71,14 +93,118 @@ def motion_on_grid(
     )
 
 
-def windows(motion: Motion) -> Windows:
-    """Return the balance of each window of WINDOW grid points that fits into a motion given in theta1 and theta2."""
-    balance, slack = integrated(motion, NOMINAL["g"], weak_form.COLUMNS)
-    return Windows(balance, slack, np.tile(motion.noise, (len(balance), 1)))
+def _gain(time: Array, scales: Scales) -> float:
+    """Return the variance of a window's acceleration where the angles have white noise of variance one [1/s^4]."""
+    step = sampling_step(time)
+    at = np.asarray(np.linspace(-0.5, 0.5, WINDOW) * (WINDOW - 1) * scales.spacing, dtype=float)
+    beside = max(6, round((at[-1] + scales.half_width) / step) + 1)
+    times = np.arange(-beside, beside + 1) * step
+    _, slopes = local_motion(times, np.eye(len(times)), at, scales.half_width)
+    _, slope = window_weights(scales.spacing)
+    return float(np.sum((slope @ slopes) ** 2))
+
+
+def window_weights(spacing: float, half: int = WINDOW // 2) -> tuple[Array, Array]:
+    """Return the weights (2 half + 1,) that integrate a value, and those that integrate a derivative by parts [1/s].
+
+    The test function is (1 - x^2)^3, which integrates to one, on a grid of a spacing [s].
+    """
+    x = np.linspace(-1.0, 1.0, 2 * half + 1)
+    bump = (1.0 - x**2) ** 3
+    slope = 6.0 * x * (1.0 - x**2) ** 2 / (half * spacing)
+    return bump / bump.sum(), slope / bump.sum()
+
+
+def over_windows(series: Array | Mask, weights: Array, stride: int = 1) -> Array:
+    """Return the integral of a series (m,) with some weights over windows (windows,) a stride of grid points apart."""
+    if len(series) < len(weights):
+        return np.zeros(0)
+    inside = np.lib.stride_tricks.sliding_window_view(np.asarray(series, dtype=float), len(weights))
+    return np.asarray(inside[::stride] @ weights)
+
+
+@dataclass(frozen=True)
+class Windows(Rows):
+    """The balance of forces in windows of a motion."""
+
+    terms: Array
+    """(k, 2, 15) what the lumped numbers are multiplied by in both equations, in the order of `COLUMNS`."""
+    slack: Array
+    """(k, 2) uncertainty of the direction of each joint's dry friction where the joint is slow: 0 to 1."""
+    noise: Array
+    """(k, 2) variance that the angles' noise gives to the accelerations of both rods [(rad/s^2)^2]."""
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self.terms)
+
+
+def windows(motion: Motion, gravity: float = NOMINAL["g"], stride: int = 1) -> Windows:
+    """Return the balance in each window that fits into a motion of theta1 and theta2, a stride of grid points apart.
+
+    Without a cart that moves, gravity g [m/s^2] does not matter.
+    """
+    value, slope = window_weights(motion.scales.spacing)
+    slack = [over_windows(of_joint, value, stride) for of_joint in (1.0 - np.abs(motion.directions)).T]
+    terms = np.zeros((len(slack[0]), 2, len(COLUMNS)))
+    for name, rods in _terms(motion, gravity).items():
+        for rod, (momentum, torque) in enumerate(rods):
+            if momentum is not None:
+                terms[:, rod, COLUMNS.index(name)] += over_windows(momentum, slope, stride)
+            if torque is not None:
+                terms[:, rod, COLUMNS.index(name)] += over_windows(torque, value, stride)
+    noise = np.tile(motion.gain * motion.angle_noise**2, (len(terms), 1))
+    return Windows(terms, np.column_stack(slack), noise)
+
+
+_Term = tuple[Array | None, Array | None]
+"""Momentum and torque (m,) of a rod over a lumped number."""
+
+
+def _terms(motion: Motion, gravity: float) -> Mapping[str, tuple[_Term, _Term]]:
+    """Return momentum and torque of the inner rod and of the outer one over each lumped number that has any."""
+    (theta1, theta2), (w1, w2), (d1, d2) = motion.angles.T, motion.rates.T, motion.directions.T
+    s, c, cart = np.sin(theta1 - theta2), np.cos(theta1 - theta2), motion.cart_velocity
+    none = None, None
+
+    def gravity_of(theta: Array, w: Array) -> _Term:
+        falls = -np.sin(theta)
+        if not np.any(cart):
+            return None, falls
+        return np.cos(theta) * cart / gravity, falls + np.sin(theta) * w * cart / gravity
+
+    def outer_joint(torque: Array) -> tuple[_Term, _Term]:
+        # A torque between the rods acts on both.
+        return (None, -torque), (None, torque)
+
+    terms: dict[str, tuple[_Term, _Term]] = {
+        "A22": ((w1, None), none),
+        "A23": ((c * w2, s * w1 * w2), (c * w1, -s * w1 * w2)),
+        "A33": (none, (w2, None)),
+        "D": ((w2, None), (w1, None)),
+        "G1": (gravity_of(theta1, w1), none),
+        "G2": (none, gravity_of(theta2, w2)),
+        "c1": ((None, w1), none),
+        "c2": outer_joint(w2 - w1),
+        "k1": ((None, d1), none),
+        "k2": outer_joint(d2),
+        "E12": ((-s * w2, c * w1 * w2), (-s * w1, -c * w1 * w2)),
+        "E1": ((None, -np.cos(theta1)), none),
+        "E2": (none, (None, -np.cos(theta2))),
+    }
+    if motion.torques is not None:
+        terms["M1"] = (None, -motion.torques[:, 0]), none
+        terms["M2"] = outer_joint(-motion.torques[:, 1])
+    return terms
+
+
+def joined(parts: Sequence[Windows]) -> Windows:
+    """Return the windows of several motions as one."""
+    return Windows(*(np.concatenate([getattr(part, name) for part in parts]) for name in Windows.__dataclass_fields__))
 
 
 def residual(balance: Windows, values: Array) -> Array:
-    """Return what the lumped numbers leave unexplained in each window (k, 2) [rad/s^2]."""
+    """Return what the lumped numbers (14,), relative to A22, leave unexplained in each window (k, 2) [rad/s^2]."""
     return np.asarray(balance.terms @ [1.0, *values])
 
 
@@ -103,14 +229,3 @@ def largest_gravity(values: Array) -> Array:
     """Return gravity's largest torque on each rod (2,), for a rod that hardly has any a tenth of the other's."""
     gravity = np.abs(values[4:6])
     return np.asarray(np.maximum(gravity, max(_LEAST_GRAVITY * gravity.max(), 1e-12)))
-
-
-def _gain(time: Array, scales: Scales) -> float:
-    """Return the variance of a window's acceleration where the angles have white noise of variance one [1/s^4]."""
-    step = sampling_step(time)
-    at = np.asarray(np.linspace(-0.5, 0.5, WINDOW) * (WINDOW - 1) * scales.spacing, dtype=float)
-    beside = max(6, round((at[-1] + scales.half_width) / step) + 1)
-    times = np.arange(-beside, beside + 1) * step
-    _, slopes = local_motion(times, np.eye(len(times)), at, scales.half_width)
-    _, slope = window_weights(scales.spacing)
-    return float(np.sum((slope @ slopes) ** 2))

@@ -4,32 +4,38 @@
 
 Of the meanings that the outer angle can have, only the right one satisfies the balance of forces (`balance`): the
 others leave a tenth of the acceleration or more unexplained, the right one some thousandths. Half a turn of a zero does
-not change the residual but the signs: gravity would act upwards, or the rods' coupling be negative.
+not change the residual but the signs: gravity would act upwards, or the rods' coupling be negative. The unit of
+readings, where a counter of a few bits began, and whether a camera leans show in the same way.
+
+Of one pendulum, whatever stands in the other column, nothing is coupled: the equation of an outer rod holds with
+nothing but zeros.
 """
 
-from collections.abc import Iterator, Mapping
+import itertools
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
 
+from cdp_ident.arrays import Array, Mask
 from cdp_ident.errors import OtherMotionError, TrialError
+from cdp_ident.model.effects.effect import JOINTS
+from cdp_ident.trial.joints import Samples, in_radians, model_angles
+from cdp_ident.trial.lumped import COUPLED, gravity_directions
 from cdp_ident.trial.meaning import (
     EVIDENT,
     GOOD,
     MUCH_BETTER,
-    TURNS,
     Balance,
-    Recorded,
     balance_of,
     best_of,
-    best_scale,
-    exchanged,
+    in_model_angles,
+    other_meanings,
     outer_meanings,
-    with_other_zeros,
 )
-from cdp_ident.trial.options import TrialOptions, Zero
-from cdp_ident.trial.other_motions import may_be_rods, still_joint, too_far, uncoupled, weightless
+from cdp_ident.trial.options import TrialOptions, Unit, Zero
+from cdp_ident.trial.recorded_motion import Recorded, recorded_motion
 
 _LOOKED_AT = 0.005
 """Unexplained share from which it is looked whether readings are two or four times the angles."""
@@ -42,24 +48,36 @@ _WRONG = {
 """What is wrong where an option must be another one."""
 _CLEAR = 0.01
 """Least coupling, and least ratio of the rods' gravity terms, that are more than an error of the fit."""
+_STILL = 0.01
+"""A joint whose speed varies by less than this share of the other's does not swing."""
+_FASTEST = 50.0
+"""Beyond this speed [rad/s], readings are of another unit, and tell nothing of the other joint."""
+_FAR_OFTEN = 0.1
+"""Share of steps by more than a quarter of a turn that no swing has which is measured often enough."""
+_SIGMAS = 3.0
+_WEIGHTLESS = 0.1
+"""Gravity's terms times the square of the motion's time scale; of rods, one of them is about 1."""
+_FOLLOWS = 0.95
+"""Correlation of the joints' speeds from which one column is said to follow the other."""
+_TWICE = 0.05
+"""Share of the inner angle that the outer one differs from it by at most, as one measured and simulated does."""
+_WIDE = 4.0 * np.pi
+"""Readings that change by less are no swing in a smaller unit."""
+_SMALLER: tuple[Unit, ...] = ("degrees", "gradians", "milliradians")
+"""The likeliest first: one that is less so must leave far less."""
 
 
 def check_conventions(recorded: Recorded, options: TrialOptions) -> tuple[Balance | None, list[str]]:
     """Compare what the options say about the angles with the balance of forces.
 
-    Args:
-        recorded: the motion of the recorded joints.
-        options: what the angles are taken to mean.
-
-    Returns:
-        The balance under that meaning, or None where there is too little motion for one, and warnings.
+    Returns the balance under that meaning, or None where there is too little motion for one, and warnings.
 
     Raises:
         TrialError: a joint does not turn, or the data contradict the options and `options.conventions` is "refuse".
     """
-    if looks := still_joint(recorded, options):
+    if looks := _still_joint(recorded, options):
         raise OtherMotionError(f"this is no double pendulum: {looks}")
-    if far := too_far(recorded, options):
+    if far := _too_far(recorded, options):
         raise TrialError(far)
     given = balance_of(recorded, options)
     if given is None:
@@ -67,13 +85,77 @@ def check_conventions(recorded: Recorded, options: TrialOptions) -> tuple[Balanc
     fits = outer_meanings(recorded, options)
     best = best_of(fit for fit in fits if fit.meaning != options) or given
     contradiction = _contradiction(recorded, given, best)
-    is_known = contradiction or may_be_rods(given.lumped)
-    looks = "" if is_known else uncoupled(recorded.motions, fits) or weightless(recorded, given)
+    is_known = contradiction or given.lumped.may_be_rods
+    looks = "" if is_known else _uncoupled(recorded, fits) or _weightless(recorded, given)
     contradiction = f"this is no double pendulum: {looks}" if looks else contradiction or _impossible(given)
     if contradiction and options.conventions == "refuse":
         is_other = looks or given.lumped.unexplained > EVIDENT
         raise (OtherMotionError if is_other else TrialError)(f"{contradiction}; {options.insist}")
     return given, [contradiction] if contradiction else _doubts(given, best)
+
+
+def _still_joint(recorded: Recorded, options: TrialOptions) -> str:
+    """Return that a joint does not turn while the other does, in words; empty where both turn or none."""
+    if not any(map(np.any, recorded.moving)):
+        return ""
+
+    def speed(rates: Sequence[Array]) -> Array:
+        return np.std(np.concatenate([of_motion - of_motion.mean(axis=0) for of_motion in rates]), axis=0)
+
+    inner, outer = speed([motion.rates for motion in recorded.motions])
+    # The outer rod may turn with the inner one.
+    _, apart = speed(
+        [np.diff(in_model_angles(motion, options).rates, axis=1, prepend=0.0) for motion in recorded.motions]
+    )
+    still = _STILL * np.minimum([outer, inner], _FASTEST)
+    joint = "inner" if inner < still[0] else "outer" if min(outer, apart) < still[1] else ""
+    return joint and f"the {joint} joint does not turn while the other does: one pendulum, or a column that is no angle"
+
+
+def _too_far(recorded: Recorded, options: TrialOptions) -> str:
+    """Return that readings cannot be of their unit, as a joint turns too far by them, in words; empty if none does."""
+    scales = options.inner_scale, options.outer_scale
+    steps = [np.abs(np.diff(piece.samples.angles, axis=0)) / scales for piece in recorded.pieces]
+    far = np.mean(np.concatenate([np.zeros((1, 2)), *steps]) > np.pi / 2, axis=0) > _FAR_OFTEN
+    if not np.any(far):
+        return ""
+    joint = JOINTS[int(np.argmax(far))]
+    how = f"{joint}_scale to what it reads in a radian, and scale_from: zero" if options.all_settable else "its unit"
+    return (
+        f"the {joint} joint turns by more than a quarter of a turn from sample to sample: its readings are no "
+        f"{getattr(options, f'{joint}_unit')} (counts of an encoder?): set {how}"
+    )
+
+
+def _uncoupled(recorded: Recorded, balances: Sequence[Balance]) -> str:
+    """Return what two columns look like that are not coupled as rods are, whatever they mean; empty where they may be.
+
+    `balances` are those under the meanings that the outer angle can have.
+    """
+    fits = [balance.lumped for balance in balances]
+    couplings = [(fit.values[0], np.sqrt(fit.covariance[0, 0])) for fit in fits]
+    apart = [f"coupling {A:+.3f} ± {std:.1g}" for A, std in couplings if abs(A) + _SIGMAS * std < COUPLED]
+    inner, outer = np.concatenate([motion.angles - motion.angles.mean(axis=0) for motion in recorded.motions]).T
+    is_twice = np.std(outer - inner) < _TWICE * np.std(inner)
+    if not (apart or is_twice) or any(fit.may_be_rods for fit in fits):
+        return ""
+    correlation = float(np.corrcoef(np.concatenate([motion.rates for motion in recorded.motions]).T)[0, 1])
+    looks = (
+        f"the outer column follows the inner one (correlation {correlation:.2f}): one angle twice, measured and "
+        "simulated or filtered"
+        if is_twice or abs(correlation) > _FOLLOWS
+        else "one pendulum beside something else, such as a cart's position, or a measured and a simulated angle, or "
+        "joints that motors drive"
+    )
+    return f"the two columns have nothing to do with each other as rods do ({apart[0]}): {looks}" if apart else looks
+
+
+def _weightless(recorded: Recorded, given: Balance) -> str:
+    """Return that gravity acts on neither rod, in words; empty where it may, as it does on all that swings so fast."""
+    gravity = np.abs(given.lumped.values[4:6]) + _SIGMAS * np.sqrt(np.diag(given.lumped.covariance)[4:6])
+    if float(np.max(gravity)) * recorded.motions[0].scales.unit ** 2 > _WEIGHTLESS:
+        return ""
+    return "gravity acts on neither rod: a column that is no angle, such as a cart's position, or of an upright axis"
 
 
 def _contradiction(recorded: Recorded, given: Balance, best: Balance) -> str:
@@ -85,31 +167,17 @@ def _contradiction(recorded: Recorded, given: Balance, best: Balance) -> str:
     least = min(unexplained, best.lumped.unexplained)
     # Errors of motors' torques may look like other zeros or factors.
     if least > _LOOKED_AT and options.input != "joints":
-        others = _others(recorded, options, least)
+        others = other_meanings(recorded, options, least)
         possible = [other for other in others if other and other.lumped.unexplained < min(GOOD, MUCH_BETTER * least)]
         if possible:
             other = min(possible, key=lambda other: other.lumped.unexplained + other.lumped.spread)
-            return instead(_other_words(options, other.meaning), options, other, given)
+            return _instead(_other_words(options, other.meaning), options, other, given)
     most = unexplained * (MUCH_BETTER if given.lumped.turned is not None else 1.0)
     is_other = best is not given and best.lumped.has_certain_signs
     if not is_other or unexplained <= GOOD or best.lumped.unexplained >= min(most, EVIDENT):
         return ""
     said = [options.setting(name, getattr(options, name)) for name in ("outer_angle", "outer_sign")]
-    return instead(f"the data contradict {' with '.join(said)}", options, best, given)
-
-
-def _others(recorded: Recorded, options: TrialOptions, least: float) -> Iterator[Balance | None]:
-    """Yield the balances with readings over a factor and, where much is left, with other zeros and joints exchanged."""
-    from_zero = options.zero == "upright" and options.scale_from == "hanging"
-    yield best_scale(recorded, options, any_factor=least > GOOD, from_zero=from_zero)
-    if least > GOOD:
-        moved = with_other_zeros(recorded, outer_meanings(recorded, options))
-        yield best_of(other for other in moved if other.lumped.is_certain)
-        turned = replace(options, inner_joint=options.outer_joint, outer_joint=options.inner_joint)
-        yield best_of(other for other in outer_meanings(exchanged(recorded), turned) if may_be_rods(other.lumped))
-    if least > GOOD and options.all_settable and any(np.any(motion.cart) for motion in recorded.motions):
-        free = balance_of(recorded, replace(options, cart_joint=""))
-        yield free if free and may_be_rods(free.lumped) else None
+    return _instead(f"the data contradict {' with '.join(said)}", options, best, given)
 
 
 def _impossible(given: Balance) -> str:
@@ -184,13 +252,12 @@ def _changes(options: TrialOptions, other: Balance) -> str:
     return " and ".join(settings)
 
 
-def instead(wrong: str, options: TrialOptions, other: Balance, given: Balance | None) -> str:
+def _instead(wrong: str, options: TrialOptions, other: Balance, given: Balance | None) -> str:
     """Return what is wrong, which settings explain the motion, and how much better than those given."""
     than = f" instead of {given.lumped.unexplained:.1%}" if given and np.isfinite(given.lumped.unexplained) else ""
-    return (
-        f"{wrong}: {_changes(options, other)} leaves {other.lumped.unexplained:.1%} of the inner rod's "
-        f"acceleration unexplained{than}; "
-    ) + ("check the counts per turn, or set that" if "times the angle" in wrong else "set that")
+    left = f"{other.lumped.unexplained:.1%} of the inner rod's acceleration unexplained{than}"
+    remedy = "check the counts per turn, or set that" if "times the angle" in wrong else "set that"
+    return f"{wrong}: {_changes(options, other)} leaves {left}; {remedy}"
 
 
 def _other_words(options: TrialOptions, other: TrialOptions) -> str:
@@ -202,5 +269,95 @@ def _other_words(options: TrialOptions, other: TrialOptions) -> str:
     factors = {name: f"{factor:.4g}" for name, factor in changed.items() if name.endswith("_scale")}
     joints = "".join(name.removesuffix("_scale") for name in factors)
     whose = "the readings of both joints are" if len(factors) > 1 else f"the {joints} joint's readings are"
-    turns = " (turns?)" if set(factors.values()) == {f"{TURNS:.4g}"} else ""
+    turns = " (turns?)" if set(factors.values()) == {f"{0.5 / np.pi:.4g}"} else ""
     return f"{whose} {' and '.join(dict.fromkeys(factors.values()))} times the angle{turns}"
+
+
+def gravity_of(samples: Samples, options: TrialOptions) -> Array | None:
+    """Return how far gravity is from where each rod's angle takes it to be (2,) [rad]; None with too little motion."""
+    recorded = _recorded(samples, options)
+    balance = balance_of(recorded, options) if recorded else None
+    return gravity_directions(balance.trusted) if balance else None
+
+
+def in_right_ranges(samples: Samples, options: TrialOptions) -> Samples:
+    """Return samples whose counters of a few bits began in the range in which gravity pulls down.
+
+    They are left as they are where the motion is too little to tell.
+    """
+    off = gravity_of(samples, options) if any(samples.ranges) else None
+    if off is None:
+        return samples
+    sizes = in_radians(np.array(samples.ranges), options)
+    # What one more range of each joint's counter adds to theta1 and theta2.
+    steps = model_angles(np.diag(sizes), options) - model_angles(np.zeros((1, 2)), options)
+    more = np.zeros(2)
+    for joint in np.flatnonzero(sizes):
+        most = max(1, round(np.pi / sizes[joint]))
+        tried = np.arange(-most, most + 1)
+        away = more @ steps[:, joint] + tried * steps[joint, joint] - off[joint]
+        more[joint] = tried[np.argmin(np.abs(np.angle(np.exp(1j * away))))]
+    return replace(samples, angles=samples.angles + more * samples.ranges)
+
+
+def found_units(samples: Samples, options: TrialOptions) -> tuple[Balance | None, Balance | None]:
+    """Return the balance of forces with joints in other units, if need be, and that with the units given.
+
+    Both are the same where no other units explain far more, and None where nothing can be told.
+    """
+    given = options.inner_unit, options.outer_unit
+    wide = _wide(samples, options)
+    before, best = _best(samples, options), None
+    far_less = MUCH_BETTER * before.lumped.unexplained if before else np.inf
+    if far_less == 0.0 or (far_less <= MUCH_BETTER * GOOD and not np.any(wide)):
+        return before, before
+    # Both first: with one in the wrong unit, the other may pass for a pendulum, and leave nothing either.
+    others, may_be = (_SMALLER, wide) if np.any(wide) else (("turns",), [True, True])
+    for other in others:
+        least = MUCH_BETTER * best.lumped.unexplained if best else np.inf
+        choices = [(other, unit) if it else (unit,) for unit, it in zip(given, may_be, strict=True)]
+        for inner, outer in itertools.product(*choices):
+            meaning = replace(options, inner_unit=inner, outer_unit=outer)
+            tried = _best(samples, meaning) if meaning != options else None
+            # Half a turn of one zero beside another unit is rather something else than both at once.
+            is_likely = tried and tried.lumped.may_be_rods and tried.lumped.turned in ("", "both")
+            if tried and is_likely and tried.lumped.unexplained < least:
+                best, least = tried, tried.lumped.unexplained
+        if best and best.lumped.unexplained <= GOOD:
+            break
+    if best is None:
+        return before, before
+    most = EVIDENT if best.meaning.inner_unit == best.meaning.outer_unit else GOOD
+    return (best if best.lumped.unexplained <= min(most, far_less) else before), before
+
+
+def smaller_units_found(samples: Samples, options: TrialOptions) -> str:
+    """Say which joints are in degrees or such units, with the settings that put it right; empty if none needs that."""
+    if not (options.all_settable and np.any(_wide(samples, options))):
+        return ""
+    found, before = found_units(samples, options)
+    if found is None or found is before:
+        return ""
+    units = {joint: unit for joint in JOINTS if (unit := getattr(found.meaning, f"{joint}_unit")) in _SMALLER}
+    whose = "both joints are" if len(units) > 1 else f"the {''.join(units)} joint is"
+    return _instead(f"{whose} in {' and '.join(dict.fromkeys(units.values()))}", options, found, before)
+
+
+def _wide(samples: Samples, options: TrialOptions) -> Mask:
+    """Return which joints (2,) turn too far by their readings."""
+    turned = in_radians(samples.angles, options) / [options.inner_scale, options.outer_scale]
+    return np.asarray(np.ptp(turned, axis=0) > _WIDE)
+
+
+def _best(samples: Samples, options: TrialOptions) -> Balance | None:
+    """Return the balance under the meaning of the outer angle that explains most; None where it cannot be told."""
+    recorded = _recorded(samples, options)
+    return None if recorded is None or _too_far(recorded, options) else best_of(outer_meanings(recorded, options))
+
+
+def _recorded(samples: Samples, options: TrialOptions) -> Recorded | None:
+    """Return the motion in samples; None where there is none long enough, which is told where a trial is looked for."""
+    try:
+        return recorded_motion(samples, options)
+    except TrialError:
+        return None

@@ -66,16 +66,11 @@ class Film:
 
 
 def rods_on_film(points: Array, y_down: bool, is_straight: bool = False) -> Film:
-    """Find the angles of the rods from positions of the markers.
+    """Find the angles of the rods from positions of the markers. Raises TrialError where these are no rods'.
 
-    Args:
-        points: (n, 3, 2) x and y of pivot, joint and tip in each frame, or (n, 2, 2) of joint and tip if the pivot was
-            not tracked; it is then the centre of the joint's circle. NaN where a marker was not found.
-        y_down: whether y counts downwards, as in pictures.
-        is_straight: whether the picture is not distorted.
-
-    Raises:
-        TrialError: the joint is at no fixed distance from the pivot.
+    `points` (n, 3, 2) are x and y of pivot, joint and tip in each frame, or (n, 2, 2) of joint and tip if the pivot was
+    not tracked; it is then the centre of the joint's circle. NaN where a marker was not found. `y_down` says that y
+    counts downwards, as in pictures, and `is_straight` that the picture is not distorted.
     """
     points = points * (1.0, -1.0 if y_down else 1.0)
     as_seen = points.copy()
@@ -88,12 +83,13 @@ def rods_on_film(points: Array, y_down: bool, is_straight: bool = False) -> Film
         points = np.concatenate([np.broadcast_to(centre, (len(points), 1, 2)), points], axis=1)
         notes.append(f"the pivot is the centre of the joint's circle, x {centre[0]:.4g}, y {abs(centre[1]):.4g}")
     length, tolerance = _length(points[seen])
-    spread = _spread(points[seen, 0]) / length
+    pivot = points[seen, 0]
+    spread = 1.4826 * np.median(np.abs(pivot - np.median(pivot, axis=0)), axis=0) / length
     if spread[1] > _LEVEL:
         raise TrialError("the pivot moves up and down: check which columns are pivot, joint and tip")
     is_at_rest = bool(np.all(spread < _AT_REST))
     if is_at_rest:
-        points[:, 0] = np.median(points[seen, 0], axis=0)
+        points[:, 0] = np.median(pivot, axis=0)
         length, tolerance = _length(points[seen])
     repeated = _repeated(points)
     exchanged, lost = _exchanged(points, seen, length, tolerance)
@@ -151,11 +147,6 @@ def _repeated(points: Array) -> Mask:
     return np.asarray(~changes & np.repeat(lengths <= _AT_REST_FRAMES, lengths))
 
 
-def _spread(values: Array) -> Array:
-    """Return the standard deviation of columns of values (n, k) by their median deviation, (k,)."""
-    return np.asarray(1.4826 * np.median(np.abs(values - np.median(values, axis=0)), axis=0))
-
-
 def _length(points: Array) -> tuple[float, float]:
     """Return how far the joint is from the pivot in most frames, and how far off a frame may be.
 
@@ -164,7 +155,7 @@ def _length(points: Array) -> tuple[float, float]:
     """
     distances = np.sort(np.linalg.norm(points[:, 1] - points[:, 0], axis=1))
     third = max(1, len(distances) // 3)
-    widths = distances[third:] - distances[: len(distances) - third]
+    widths = distances[third:] - distances[:-third]
     at = int(np.argmin(widths)) if len(widths) else 0
     length = float(np.median(distances[at : at + third]))
     if not length > 0:
@@ -216,13 +207,9 @@ def _centre(joint: Array) -> Array:
 
 
 def without_offsets(points: Array) -> tuple[Array, tuple[str, ...]]:
-    """Return the rods without what is certain to be an offset of a marker.
+    """Return the rods without what is certain to be an offset of a marker, and what was put right, in words.
 
-    Args:
-        points: (n, 3, 2) x and y of pivot, joint and tip in each frame [any unit].
-
-    Returns:
-        (n, 2, 2) x and y from pivot to joint and from joint to tip, and what was put right, in words.
+    Of x and y of pivot, joint and tip (n, 3, 2), rods are those from pivot to joint and from joint to tip (n, 2, 2).
     """
     rods = np.diff(points, axis=1)
     lengths = np.linalg.norm(rods, axis=2)
@@ -241,25 +228,23 @@ def without_offsets(points: Array) -> tuple[Array, tuple[str, ...]]:
     return corrected, tuple(words.format(np.linalg.norm(offset)) for offset, words in found if np.any(offset))
 
 
-def _certain_offsets(lengths: Array, regressors: Sequence[Array]) -> list[Array]:
-    """Return offsets (2,) of markers that explain how a rod's length (n,) changes; zero where they are not certain.
+def _certain_offsets(lengths: Array, regressors: Sequence[Array]) -> Array:
+    """Return offsets (k, 2) of markers that explain how a rod's length (n,) changes; zero where they are not certain.
 
-    Each has its derivatives of the length, (n, 2). The least certain one is left out first.
+    Each of the k has its derivatives of the length, (n, 2). The least certain one is left out first.
     """
-    chosen = list(range(len(regressors))) if len(lengths) >= _FEWEST_FRAMES else []
-    offsets: list[Array] = [np.zeros(2) for _ in regressors]
+    chosen = list(range(len(regressors) if len(lengths) >= _FEWEST_FRAMES else 0))
+    offsets: Array = np.zeros((len(regressors), 2))
     while chosen:
         directions = np.column_stack([regressors[k] for k in chosen])
         tells = np.linalg.eigvalsh(np.cov(directions.T))[0] > _FEWEST_DIRECTIONS**2
-        found, variances = _regression(lengths, directions)
-        parts = [slice(2 * place, 2 * place + 2) for place in range(len(chosen))]
-        certainty = [found[p] @ np.linalg.pinv(variances[p, p], hermitian=True) @ found[p] for p in parts]
-        least = int(np.argmin(certainty))
-        if tells and certainty[least] > _CERTAIN:
-            for k, part in zip(chosen, parts, strict=True):
-                offsets[k] = found[part]
+        found, covariance = _regression(lengths, directions)
+        parts = np.arange(len(found)).reshape(-1, 2)
+        certainty = [found[p] @ np.linalg.pinv(covariance[np.ix_(p, p)], hermitian=True) @ found[p] for p in parts]
+        if tells and min(certainty) > _CERTAIN:
+            offsets[chosen] = found[parts]
             break
-        del chosen[least]
+        del chosen[int(np.argmin(certainty))]
     return offsets
 
 

@@ -4,26 +4,64 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise, product
 
 import numpy as np
+from scipy import ndimage
 
-from cdp_ident.arrays import Mask
+from cdp_ident.arrays import Array, Mask
 from cdp_ident.errors import NoFreeMotionError, TrialError
-from cdp_ident.model.effects.effect import Joint
-from cdp_ident.trial.conventions import check_conventions
-from cdp_ident.trial.gravity import smaller_units_found
+from cdp_ident.model.effects.effect import JOINTS, Joint
+from cdp_ident.trial.balance import WINDOW, Motion, Windows, largest_gravity, over_windows, torques
+from cdp_ident.trial.conventions import check_conventions, smaller_units_found
 from cdp_ident.trial.joints import Samples, model_angles
-from cdp_ident.trial.meaning import Balance, Recorded
+from cdp_ident.trial.lumped import DRIVEN_JOINTS, FREE_JOINTS, explained
+from cdp_ident.trial.meaning import GOOD, MUCH_BETTER, Balance, balance_of
 from cdp_ident.trial.options import Input, TrialOptions
-from cdp_ident.trial.other_motions import driven
 from cdp_ident.trial.outliers import outlier_words
-from cdp_ident.trial.recorded_motion import recorded_motion
+from cdp_ident.trial.recorded_motion import Recorded, at_rest, cart_driven, covered, moving_windows, recorded_motion
+from cdp_ident.trial.scales import PER_UNIT
 from cdp_ident.trial.trial import Trial, joined
-from cdp_ident.trial.weak_form import WINDOW, Motion
-from cdp_ident.trial.zero_input import Part, at_rest, cart_driven, choose_parts, covering, find_parts, moving_windows
 
 _MOSTLY = 0.5
 """What drives more than this share of a motion that is nowhere free for long is its input."""
+_DRIVES = 0.75
+"""Torques drive a motion where at most this share of the squares is left with them that is left without: of geared
+motors it is up to 0.6, as joints have dry friction, and of torques that are measured in a free swing nearly all."""
+_INSTANT = PER_UNIT // 2
+"""A torque that acts for no longer than this [grid points] counts as an impulse, not as a hand."""
+_NEAR = 5 * PER_UNIT // 2
+"""An impulse or a small torque so near [grid points] a hand is the hand's."""
+_TRACE = 0.3
+"""Torque next to a hand that is the hand's too, as a share of what tells of one."""
+_NOISE = 14.0
+"""A torque must exceed the median of the windows fitted to by this factor, which is about eight times their noise."""
+
+FREE, REST, CART, HAND = "", "the rods are still", "the cart is driven", "a hand is at the rods"
+MOTORS = "motors drive the joints, by their torque or effort"
+
+
+@dataclass(frozen=True)
+class Part:
+    """A stretch of one motion to which one cause, or none, applies."""
+
+    motion: int
+    """Index of the motion."""
+    cause: str
+    """FREE, REST, CART, HAND or MOTORS."""
+    start: float
+    """Time of its beginning [s]."""
+    stop: float
+    """Time of its end [s]."""
+
+    @property
+    def duration(self) -> float:
+        """Its length [s]."""
+        return self.stop - self.start
+
+    def __str__(self) -> str:
+        """Return when it was, and its cause."""
+        return f"{self.start:.2f} to {self.stop:.2f} s ({self.cause})"
 
 
 @dataclass(frozen=True)
@@ -40,13 +78,8 @@ class Found:
 def find_trial(samples: Samples, options: TrialOptions) -> Found:
     """Find the longest motion without input, or with a known one, and check what the options say about the angles.
 
-    Args:
-        samples: as recorded.
-        options: what they mean, and what of them is taken.
-
-    Raises:
-        TrialError: the data contradict the conventions, there is no motion long enough, or a hand led the rods up and
-            they swing too shortly to tell it from free motion.
+    Raises TrialError where the data contradict the conventions, there is no motion long enough, or a hand led the rods
+    up and they swing too shortly to tell it from free motion.
     """
     other_units = smaller_units_found(samples, options)
     if other_units and options.conventions == "refuse":
@@ -54,7 +87,7 @@ def find_trial(samples: Samples, options: TrialOptions) -> Found:
     recorded = recorded_motion(samples, options)
     if other_units:
         recorded = replace(recorded, notes=(*recorded.notes, other_units))
-    by_motors, turned = driven(recorded, options)
+    by_motors, turned = _by_motors(recorded, options)
     if options.input != "auto":
         return _found(recorded, by_motors, turned, options)
     try:
@@ -68,24 +101,26 @@ def find_trial(samples: Samples, options: TrialOptions) -> Found:
 def _found(recorded: Recorded, by_motors: Sequence[Mask], turned: Sequence[Joint], options: TrialOptions) -> Found:
     """Find a motion with a given input.
 
-    Args:
-        recorded: the motion of the recorded joints.
-        by_motors: at which grid points (m,) of each motion motors drive the joints.
-        turned: joints whose motors' torques count against their angles.
-        options: what the angles mean, and the input.
+    `by_motors` are the grid points (m,) of each motion at which motors drive the joints, and `turned` the joints whose
+    motors' torques count against their angles.
     """
     motions, moving, said = recorded.motions, recorded.moving, []
     if options.input == "joints":
-        _refuse_unusable(motions, turned)
-        by_motors = [np.zeros(len(motion.time), dtype=bool) for motion in motions]
+        if any(motion.torques is None for motion in motions):
+            raise TrialError("input is joints, but neither joint has an effort of a motor, or all are 0")
+        if turned:
+            raise TrialError(
+                f"the efforts of the {' and '.join(turned)} joint count against its angle: positive ones turn it "
+                "backwards; record them with the other sign, or set input: none to take free motion alone"
+            )
+        by_motors = [np.zeros_like(mask) for mask in by_motors]
         said = ["motors drive the joints: their efforts are known torques [N m]"]
     if options.input == "cart":
         options = replace(options, cart_limit=np.finfo(float).max)
         moving = tuple(moving_windows(motion, options) for motion in motions)
         said = ["the cart is driven: its measured acceleration is a known input"]
-    moving = tuple(
-        mask & ~covering(flags, WINDOW) if len(mask) else mask for mask, flags in zip(moving, by_motors, strict=True)
-    )
+    windows = [over_windows(flags, np.ones(WINDOW)) < 0.5 for flags in by_motors]
+    moving = tuple(mask & is_free for mask, is_free in zip(moving, windows, strict=True))
     balance, warnings = check_conventions(replace(recorded, moving=moving), options)
     parts, impulses = find_parts(motions, balance, by_motors, options)
     taken, cuts = choose_parts(parts, options.shortest or motions[0].scales.shortest)
@@ -101,6 +136,43 @@ def _found(recorded: Recorded, by_motors: Sequence[Mask], turned: Sequence[Joint
     return Found(replace(trial, notes=notes), tuple(warnings), balance)
 
 
+def _by_motors(recorded: Recorded, options: TrialOptions) -> tuple[list[Mask], list[Joint]]:
+    """Return near which grid points (m,) of each motion motors drive the joints, and whose torques are reversed.
+
+    Nowhere, unless torques, as measured or commanded, in any unit, explain most of what gravity, coupling and friction
+    leave: what a motor measures in a joint that swings freely does not. It drives from `options.hand_torque` on.
+    """
+    nowhere: list[Mask] = [np.zeros(len(motion.time), dtype=bool) for motion in recorded.motions]
+    measured = [motion.torques for motion in recorded.motions if motion.torques is not None]
+    balance = balance_of(recorded, replace(options, input="none")) if measured else None
+    if balance is None:
+        return nowhere, []
+    (_, without), (values, left) = (explained(balance.trusted, columns) for columns in (FREE_JOINTS, DRIVEN_JOINTS))
+    if without <= GOOD**2 or left > _DRIVES * without:
+        return nowhere, []
+    shares = [np.abs(torque * values[-2:]) / largest_gravity(values) for torque in measured]
+    where = [np.asarray(np.any(share > options.hand_torque, axis=1)) for share in shares]
+    return where, _reversed(balance.trusted, np.array([options.inner_sign, options.outer_sign]))
+
+
+def _reversed(balance: Windows, signs: Array) -> list[Joint]:
+    """Return the joints whose torques count against their angles, by far the best of what the motion may mean.
+
+    Both joints' torques have the same gain, 1 / A22. One alone would be whatever a joint's friction looks like whose
+    motor does little. `signs` (2,) are those of the angles over those of the torques as they are taken.
+    """
+
+    def left(meant: Array) -> float:
+        together = balance.terms.copy()
+        together[..., -2] = together[..., -2:] @ meant
+        return explained(replace(balance, terms=together), DRIVEN_JOINTS[:-1])[1]
+
+    flips = [np.array(flip) for flip in product((1, -1), repeat=2)]
+    best = min(flips, key=lambda flip: left(flip * signs))
+    is_clear = left(best * signs) < MUCH_BETTER**2 * left(signs)
+    return [joint for joint, flip in zip(JOINTS, best, strict=True) if is_clear and flip < 0]
+
+
 def _driver(motions: Sequence[Motion], by_motors: Sequence[Mask], options: TrialOptions) -> Input:
     """Return what drives most of the motion: the measured cart, motors in the joints, or nothing."""
     moves = ~np.concatenate([at_rest(motion, options.rest_amplitude) for motion in motions])
@@ -109,17 +181,6 @@ def _driver(motions: Sequence[Motion], by_motors: Sequence[Mask], options: Trial
     lasts = {name: np.count_nonzero(np.concatenate(where)[moves]) for name, where in drivers.items()}
     most = max(lasts, key=lambda name: lasts[name])
     return most if lasts[most] > _MOSTLY * np.count_nonzero(moves) else "none"
-
-
-def _refuse_unusable(motions: Sequence[Motion], turned: Sequence[Joint]) -> None:
-    """Raise TrialError where no motor's torque is recorded, or one acts the other way."""
-    if any(motion.torques is None for motion in motions):
-        raise TrialError("input is joints, but neither joint has an effort of a motor, or all are 0")
-    if turned:
-        raise TrialError(
-            f"the efforts of the {' and '.join(turned)} joint count against its angle: positive ones turn it "
-            "backwards; record them with the other sign, or set input: none to take free motion alone"
-        )
 
 
 def _stretch(recorded: Recorded, part: Part, options: TrialOptions) -> Trial:
@@ -133,3 +194,87 @@ def _stretch(recorded: Recorded, part: Part, options: TrialOptions) -> Trial:
         torques=None if torques is None else torques * [options.inner_sign, options.outer_sign],
         outliers=recorded.outliers,
     ).part((time >= part.start) & (time <= part.stop))
+
+
+def find_parts(
+    motions: Sequence[Motion], balance: Balance | None, driven: Sequence[Mask], options: TrialOptions
+) -> tuple[list[Part], list[str]]:
+    """Divide motions of the recorded joints by what acts on them; the second value describes impulses in free parts.
+
+    `driven` are the grid points (m,) of each motion at which motors drive the joints.
+    """
+    parts: list[Part] = []
+    instants: list[float] = []
+    for i, motion in enumerate(motions):
+        causes = np.full(len(motion.time), FREE, dtype=object)
+        causes[at_rest(motion, options.rest_amplitude)] = REST
+        if balance and len(motion.time) >= WINDOW:
+            noise = _NOISE * balance.lumped.spread
+            acting = torques(balance.windows[i], balance.lumped.values)
+            hand, impulses = _lasting(acting > max(options.hand_torque, noise))
+            # A hand that lets go gently, or catches so, pushes less at first: its traces next to it are its own.
+            traces = acting > max(_TRACE * options.hand_torque, noise)
+            hand = np.asarray(ndimage.binary_dilation(hand, iterations=_NEAR, mask=traces | hand))
+            causes[covered(hand, WINDOW)] = HAND
+            instants += [float(motion.time[at + WINDOW // 2]) for at in impulses if causes[at + WINDOW // 2] == FREE]
+        causes[ndimage.binary_closing(np.pad(driven[i], WINDOW), np.ones(WINDOW))[WINDOW:-WINDOW]] = MOTORS
+        causes[cart_driven(motion, options.cart_limit)] = CART
+        changes = [0, *(np.flatnonzero(causes[1:] != causes[:-1]) + 1).tolist()]
+        edges = [*motion.time[changes].tolist(), float(motion.time[-1]) + motion.scales.spacing]
+        parts += [Part(i, causes[at], *edges[k : k + 2]) for k, at in enumerate(changes)]
+    shown = ", ".join(f"{instant:.2f}" for instant in instants[:5]) + (" …" if len(instants) > 5 else "")
+    note = (
+        f"near {shown} s something other than gravity and friction acts for an instant (an impulse, lost counts, a "
+        "bearing that sticks?): kept"
+    )
+    return parts, [note] if instants else []
+
+
+def choose_parts(parts: Sequence[Part], shortest: float) -> tuple[list[Part], list[str]]:
+    """Take the longest free motion: one part, or several with nothing between them but short gaps in the samples.
+
+    The notes say what is cut and why. Raises NoFreeMotionError where none lasts `shortest` [s].
+    """
+    motions = _free_motions(parts, shortest)
+    lasts = [sum(part.duration for part in motion) for motion in motions]
+    longest = max(lasts, default=0.0)
+    if longest < shortest:
+        found = f"the longest has {longest:.2f} s" if lasts else "there is none"
+        causes = ", ".join(str(part) for part in parts if part.cause != FREE and part.duration > 0.05)
+        raise NoFreeMotionError(
+            f"no zero-input motion of at least {shortest:.3g} s: {found} ({causes or 'nothing else is there'})"
+        )
+    taken = motions[lasts.index(longest)]
+    notes = [f"cut {part}" for part in parts if part.cause != FREE]
+    notes += [
+        f"another zero-input part from {motion[0].start:.2f} to {motion[-1].stop:.2f} s is not used: another is longer"
+        for motion, duration in zip(motions, lasts, strict=True)
+        if motion is not taken and duration >= shortest
+    ]
+    return taken, notes
+
+
+def _free_motions(parts: Sequence[Part], shortest: float) -> list[list[Part]]:
+    """Put the free parts together between which only samples are missing, for less than a swing."""
+    goes_on = [
+        before.cause == part.cause == FREE and 0.0 <= part.start - before.stop < shortest
+        for before, part in pairwise(parts)
+    ]
+    together = np.split(np.arange(len(parts)), np.flatnonzero(np.logical_not(goes_on)) + 1)
+    return [[parts[place] for place in places] for places in together if parts[places[0]].cause == FREE]
+
+
+def _lasting(flags: Mask) -> tuple[Mask, list[int]]:
+    """Separate lasting torques from impulses: returns the windows of the former, and the middle of each of the latter.
+
+    What acts for an instant shows in every window around it, so an impulse is as long as a window and a little more. At
+    the ends of a motion everything counts as lasting: there the two cannot be distinguished; and so does an impulse
+    shortly before or after a lasting torque, with what is between: that is how a hand catches and lets go.
+    """
+    runs = [run for (run,) in ndimage.find_objects(ndimage.label(flags)[0])]
+    lasts: Mask = np.zeros(len(flags), dtype=bool)
+    for run in runs:
+        lasts[run] = run.start == 0 or run.stop == len(flags) or run.stop - run.start > WINDOW + _INSTANT
+    near = ndimage.binary_closing(np.pad(flags, _NEAR), np.ones(_NEAR))[_NEAR:-_NEAR]
+    lasting = np.asarray(ndimage.binary_propagation(lasts, mask=near | flags))
+    return lasting, [(run.start + run.stop) // 2 for run in runs if not lasting[run.start]]

@@ -35,9 +35,9 @@ class Samples(Rows):
     """(n,) position of the cart [m]."""
     torques: Array | None = None
     """(n, 2) torque of a motor in each joint, as measured or commanded; None where none is known."""
-    ranges: tuple[float, float] = (0.0, 0.0)
+    ranges: tuple[float, ...] = (0.0, 0.0)
     """Of counters of a few bits, which angles are known up to; 0 for a joint that has none [its unit]."""
-    turns: tuple[float, float] = (TURN, TURN)
+    turns: tuple[float, ...] = (TURN, TURN)
     """By how much each joint's readings change in a full turn [its unit]."""
 
     @property
@@ -75,7 +75,8 @@ def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Sam
     recording = recording[~again]
     columns = [recording.joints.index(joint) for joint in wanted]
     order, notes = in_order(recording.stamps, np.isfinite(recording.positions[:, columns]))
-    notes += [f"{np.count_nonzero(again)} samples that are recorded twice count once"] if np.any(again) else []
+    if np.any(again):
+        notes.append(f"{np.count_nonzero(again)} samples that are recorded twice count once")
     stamps, positions = recording.stamps[order], recording.positions[order]
     time = elapsed(stamps)
     readings = positions[:, columns]
@@ -84,17 +85,17 @@ def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Sam
     lacking = len(known) - len(both)
     of_another, note = still_publisher(readings[both])
     known[both[of_another]] = False
-    notes += [note] if note else []
-    ranges = [0.0, 0.0]
+    notes.append(note)
+    ranges = np.zeros(2)
     new, repeated = new_readings(readings, known)
     for place, (joint, column, has) in enumerate(zip(wanted, readings.T, known.T, strict=True)):
         column[has], ranges[place], wrapped = continuous(column[has])
         notes += [f"readings of {joint} {what}" for what in (repeated[place], wrapped) if what]
-    turns = TURN * np.array([options.inner_scale, options.outer_scale]) / in_radians(np.ones((1, 2)), options)[0]
+    turns = TURN * np.array([options.inner_scale, options.outer_scale]) / in_radians(np.ones(2), options)
     rows, angles, note = _at_common_times(time, readings, new, turns)
-    notes += [note] if note else []
     if lacking and not note:
-        notes.append(f"{lacking} of {len(known)} samples have no usable number for both rods and are dropped")
+        note = f"{lacking} of {len(known)} samples have no usable number for both rods and are dropped"
+    notes.append(note)
     if not len(rows):
         raise TrialError(
             f"no sample of {recording.topic} has a usable number for both {' and '.join(wanted)}: {lacking} of "
@@ -113,25 +114,19 @@ def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Sam
         notes.append(f"there is no joint {options.cart_joint}: the cart is taken to be at rest")
     torques: Array = np.zeros((len(rows), 2))
     if recording.efforts is not None:
-        efforts = recording.efforts[order][:, columns]
-        torques = np.column_stack([_held(time[rows], time, effort) for effort in efforts.T])
-    found = Samples(
-        stamps[rows], angles, cart, torques if np.any(torques) else None, (ranges[0], ranges[1]), (turns[0], turns[1])
-    )
-    return found, notes
+        for torque, effort in zip(torques.T, recording.efforts[order][:, columns].T, strict=True):
+            if np.any(has := _usable(effort)):
+                torque[:] = np.interp(time[rows], time[has], effort[has])
+    found = Samples(stamps[rows], angles, cart, torques if np.any(torques) else None, tuple(ranges), tuple(turns))
+    return found, [note for note in notes if note]
 
 
 def _at_common_times(time: Array, readings: Array, known: Mask, turns: Array) -> tuple[Indices, Array, str]:
     """Return the rows in which both joints have a reading, their readings (m, 2), and in words how they have one.
 
     Where most rows lack one joint, the readings of the joint that is measured more often are taken at the times of the
-    other, by a cubic spline.
-
-    Args:
-        time: (n,) of the rows, ascending [s].
-        readings: (n, 2) of the inner and outer joint.
-        known: (n, 2) which are readings.
-        turns: (2,) what they change by in a full turn.
+    other, by a cubic spline. The rows are at `time` (n,), ascending [s]; `known` (n, 2) are the readings, which change
+    by `turns` (2,) in a full turn.
     """
     both = np.flatnonzero(known.all(axis=1))
     counts = np.count_nonzero(known, axis=0)
@@ -170,21 +165,15 @@ def _between(times: Array, values: Array, at: Array) -> tuple[Mask, Array]:
     return there, np.asarray(CubicSpline(times, values)(at))
 
 
-def _held(at: Array, time: Array, values: Array) -> Array:
-    """Return values (n,) at some times by straight lines between those that are usable; zero where none is."""
-    known = _usable(values)
-    return np.interp(at, time[known], values[known]) if np.any(known) else np.zeros(len(at))
-
-
 def in_angles(samples: Samples, options: TrialOptions) -> Samples:
     """Return samples in radians."""
-    ranges = in_radians(np.array([samples.ranges]), options)[0]
+    ranges = in_radians(np.array(samples.ranges), options)
     turns = TURN * options.inner_scale, TURN * options.outer_scale
     return replace(samples, angles=in_radians(samples.angles, options), ranges=tuple(ranges), turns=turns)
 
 
 def in_radians(readings: Array, options: TrialOptions) -> Array:
-    """Return readings of the inner and outer joint (n, 2) in radians."""
+    """Return readings of the inner and outer joint (..., 2) in radians."""
     return np.asarray(readings * [UNITS[options.inner_unit], UNITS[options.outer_unit]])
 
 

@@ -12,15 +12,12 @@ from cdp_ident.bag.reader import read_joint_states
 from cdp_ident.errors import OptionError, OtherMotionError, TrialError
 from cdp_ident.model.weights import ADDED, Weight, weights_of
 from cdp_ident.outside_text import shown
-from cdp_ident.trial.device_time import in_device_time
+from cdp_ident.trial.conventions import in_right_ranges
 from cdp_ident.trial.find import find_trial
-from cdp_ident.trial.gravity import in_right_ranges
 from cdp_ident.trial.joints import select_joints
 from cdp_ident.trial.options import TrialOptions
-from cdp_ident.trial.sample_times import in_measured_time
+from cdp_ident.trial.sample_times import in_device_time, in_measured_time
 from cdp_ident.trial.trial import Trial
-
-_SALVAGED = "salvaged"
 
 
 def load_trial(bag: Path, options: TrialOptions | None = None) -> Trial:
@@ -54,18 +51,16 @@ def load_trial(bag: Path, options: TrialOptions | None = None) -> Trial:
 def _recorded_weights(bag: Path) -> tuple[tuple[Weight, ...], list[str]]:
     """Return the weights that the recorder wrote into a bag's metadata, and what casts doubt on that, in words.
 
-    Raises:
-        TrialError: they are not possible.
+    Raises TrialError where they are not possible.
     """
     custom, problem = read_custom_data(bag)
     notes = [problem] if problem else []
-    if _SALVAGED in custom:
+    if "salvaged" in custom:
         notes.append(
             "the recorder was killed: whether weights were on the rods is not known; trials.<bag>.added tells it"
         )
-    text = custom.get(ADDED, "")
     try:
-        given = json.loads(text) if text else {}
+        given = json.loads(custom.get(ADDED) or "{}")
     except (ValueError, RecursionError) as error:
         raise TrialError(f"{bag}: '{ADDED}' in its metadata is not JSON: {error}") from error
     if not isinstance(given, Mapping):

@@ -35,10 +35,12 @@ _NEGLECTED = 1e-3
 _SINGULAR = 1e-12
 _REGULAR = 1e-9
 """Determinant of a correlation matrix above which it is solved directly: over e it is below the least eigenvalue."""
+COUPLED = 0.02
+"""Least coupling A23 / A22 of two rods: those that are known have 0.1 and more."""
 _VISCOUS = (0, 1, 2, 3, 4, 5)
 _FRICTION = (6, 7)
 _ROTOR, _OFFSETS, _MOTORS = (8,), (9, 10, 11), (12, 13)
-FREE, DRIVEN = (*_VISCOUS, *_FRICTION), (*_VISCOUS, *_FRICTION, *_MOTORS)
+FREE_JOINTS, DRIVEN_JOINTS = (*_VISCOUS, *_FRICTION), (*_VISCOUS, *_FRICTION, *_MOTORS)
 """Places of the lumped numbers without what is there in few rigs, and with motors in the joints."""
 
 
@@ -50,10 +52,8 @@ class Lumped:
     """Lumped numbers fitted to windows of motion."""
 
     values: Array
-    """(14,) in the order of `balance.COLUMNS`, relative to A22; A, B, D, E12 [1], c1, c2 [1/s], the others [1/s^2].
-
-    M1 and M2 are in 1/s^2 over the unit of the torques.
-    """
+    """(14,) in the order of `balance.COLUMNS` after A22, relative to it; A, B, D, E12 [1], c1, c2 [1/s], M1, M2 [1/s^2]
+    over the unit of the torques, the others [1/s^2]."""
     unexplained: float
     """Share of the inner rod's acceleration (rms) in the windows fitted to, and of what motors in the joints would give
     it, that is not explained, by noise neither."""
@@ -103,6 +103,12 @@ class Lumped:
         """Whether there is, and no error of the fit makes it one."""
         return self.is_mechanism and self.has_certain_signs
 
+    @property
+    def may_be_rods(self) -> bool:
+        """Whether the numbers are certain to be a double pendulum's, zeros half a turn off included."""
+        is_coupled = self.is_mechanism or abs(self.values[0]) > COUPLED
+        return self.turned is not None and self.has_certain_signs and is_coupled
+
 
 def fit_lumped(balance: Windows, is_driven: bool = False) -> Lumped:
     """Fit the lumped numbers to the windows of which most agree, whatever the others say.
@@ -132,15 +138,15 @@ def fit_lumped(balance: Windows, is_driven: bool = False) -> Lumped:
     products = _products(fitted)
     values = _physical(products, len(fitted), motors)
     left = float(np.sum(_squares(fitted, values)))
-    noise = float(np.sum(_noise(fitted, values)))
+    A, B = np.clip(values[:2], -1, 1) ** 2
+    noise = float(fitted.noise.sum(axis=0) @ [1.0 + A, A + B])
     # Motors hold rods up, too, that hardly accelerate.
     whole = products[0, 0] + sum(values[k] ** 2 * products[1 + k, 1 + k] for k in motors)
     unexplained = np.sqrt(max(left - noise, 0.0) / whole) if whole > 0 else np.inf
     misfit = left / (noise + _NEGLECTED**2 * products[0, 0] + np.finfo(float).tiny)
     spread = float(np.median(torques(fitted, values)))
-    return Lumped(
-        values, float(unexplained), misfit, spread, _covariance(products, left / max(1, 2 * len(fitted)), motors)
-    )
+    covariance = _covariance(products, left / max(1, 2 * len(fitted)), motors)
+    return Lumped(values, float(unexplained), misfit, spread, covariance)
 
 
 def explained(balance: Windows, columns: Sequence[int]) -> tuple[Array, float]:
@@ -156,15 +162,15 @@ def gravity_directions(balance: Windows) -> Array:
     It is any from -pi to pi: gravity's terms and the coupling are fitted with sine and cosine to windows that show
     motion, twice, the second time without outliers.
     """
-    values, _ = explained(balance, (*DRIVEN, *_OFFSETS))
+    values, _ = explained(balance, (*DRIVEN_JOINTS, *_OFFSETS))
     squares = _squares(balance, values)
-    values, _ = explained(balance[squares <= _OUTLIER * np.median(squares)], (*DRIVEN, *_OFFSETS))
+    values, _ = explained(balance[squares <= _OUTLIER * np.median(squares)], (*DRIVEN_JOINTS, *_OFFSETS))
     return np.arctan2(values[[10, 11]], values[[4, 5]])
 
 
 def _products(balance: Windows) -> Array:
     """Return the sums of products (15, 15) of the terms of windows: what least squares need to know of them."""
-    rows = balance.terms.reshape(-1, 1 + len(COLUMNS))
+    rows = balance.terms.reshape(-1, len(COLUMNS))
     return np.asarray(rows.T @ rows)
 
 
@@ -178,16 +184,9 @@ def _squares(balance: Windows, values: Array) -> Array:
     return np.asarray(np.sum(residual(balance, values) ** 2, axis=1))
 
 
-def _noise(balance: Windows, values: Array) -> Array:
-    """Return the variance that noise gives to the residuals (k, 2) [(rad/s^2)^2]."""
-    A, B = np.clip(values[:2], -1, 1) ** 2
-    of1, of2 = balance.noise.T
-    return np.column_stack([of1 + A * of2, A * of1 + B * of2])
-
-
 def _covariance(products: Array, variance: float, motors: tuple[int, ...]) -> Array:
     """Return the covariance of the first six numbers (6, 6) with residuals of a `variance` [(rad/s^2)^2]."""
-    correlation, _, scale = _scaled(products, (*FREE, *motors))
+    correlation, _, scale = _scaled(products, (*FREE_JOINTS, *motors))
     eigenvalues, directions = np.linalg.eigh(correlation)
     # What the motion does not show at all is as uncertain as can be said.
     inverse = directions / np.maximum(eigenvalues, _SINGULAR) @ directions.T
@@ -215,7 +214,7 @@ def _physical(products: Array, count: int, motors: tuple[int, ...]) -> Array:
     """
     independent = max(2.0, 2 * count / _INDEPENDENT)
     for_one = min(_WORTH, independent ** (-1 / independent))
-    best: Array = np.zeros(len(COLUMNS))
+    best: Array = np.zeros(len(COLUMNS) - 1)
     least = np.inf
     for added in ((), _ROTOR, _OFFSETS, (*_ROTOR, *_OFFSETS)):
         values = _with_friction(products, (*_VISCOUS, *motors, *added))
@@ -237,16 +236,14 @@ def _with_friction(products: Array, columns: Sequence[int]) -> Array:
 
 
 def _least_squares(products: Array, columns: Sequence[int]) -> Array:
-    """Return the numbers that fit best, of which all but those in the given columns are zero."""
+    """Return the numbers (14,) that fit best, of which all but those in the given columns are zero.
+
+    Where the equations are singular, they are the smallest ones.
+    """
     matrix, right, scale = _scaled(products, columns)
-    values = np.zeros(len(COLUMNS))
-    values.put(columns, _solution(matrix, right) / scale)
-    return values
-
-
-def _solution(matrix: Array, right: Array) -> Array:
-    """Solve equations whose symmetric matrix has ones on its diagonal, by the pseudo-inverse where it is singular."""
     factor, solution, failed = dposv(matrix, right)
-    if not failed and factor.diagonal().prod() ** 2 > _REGULAR:
-        return np.asarray(solution)
-    return np.asarray(np.linalg.lstsq(matrix, right, rcond=_SINGULAR)[0])
+    if failed or factor.diagonal().prod() ** 2 <= _REGULAR:
+        solution = np.linalg.lstsq(matrix, right, rcond=_SINGULAR)[0]
+    values = np.zeros(len(COLUMNS) - 1)
+    values.put(columns, solution / scale)
+    return values

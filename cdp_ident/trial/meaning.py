@@ -13,14 +13,14 @@ from dataclasses import dataclass, replace
 from typing import get_args
 
 import numpy as np
+from scipy.ndimage import minimum_filter1d
 from scipy.optimize import minimize_scalar
 
-from cdp_ident.arrays import Mask
-from cdp_ident.trial.balance import Windows, joined, windows
-from cdp_ident.trial.joints import Piece, model_angles
+from cdp_ident.trial.balance import Motion, Windows, joined, windows
+from cdp_ident.trial.joints import model_angles
 from cdp_ident.trial.lumped import Lumped, fit_lumped, gravity_directions
 from cdp_ident.trial.options import OuterAngle, TrialOptions
-from cdp_ident.trial.weak_form import Motion
+from cdp_ident.trial.recorded_motion import Recorded
 
 GOOD = 0.02
 """Up to this unexplained share of the acceleration, there is no evidence against a meaning."""
@@ -33,14 +33,10 @@ _NO_OFFSET = 0.02
 _FEWEST_WINDOWS = 100
 """Windows that show motion, below which nothing can be said: five units of its time scale."""
 
-Joints = tuple[str, ...]
-"""The joints whose readings have the same factor."""
-
-_TOGETHER: tuple[Joints, ...] = (("inner",), ("outer",), ("inner", "outer"))
-TURNS = 0.5 / np.pi
-"""The factor of readings in turns."""
-_LIKELY = (TURNS, 0.25, 0.5, 2.0, 4.0)
-"""Factors by edges that are counted or not, and that of turns."""
+_TOGETHER = (("inner",), ("outer",), ("inner", "outer"))
+"""Joints whose readings have the same factor."""
+_LIKELY = (0.5 / np.pi, 0.25, 0.5, 2.0, 4.0)
+"""Factors of readings in turns, and by edges that are counted or not."""
 _BETWEEN = 0.067
 """Distance of the others' logarithms that are tried first."""
 _LOGARITHMS = np.sort([*np.arange(-24, 25) * _BETWEEN, *np.log(_LIKELY[1:])])
@@ -60,22 +56,6 @@ _EXPLAINED = 0.003
 """... and no more than this."""
 _WITHIN = 3e-4
 """Accuracy of the logarithm."""
-
-
-@dataclass(frozen=True)
-class Recorded:
-    """The motion in a recording, before anything is known of what its angles mean."""
-
-    pieces: tuple[Piece, ...]
-    """Those that are long enough."""
-    motions: tuple[Motion, ...]
-    """Of each piece, of the recorded joints."""
-    moving: tuple[Mask, ...]
-    """Of each motion, the windows (as many as `balance.windows` returns) that show it well."""
-    notes: tuple[str, ...] = ()
-    """What was dropped and parted, in words."""
-    outliers: tuple[float, ...] = ()
-    """Times since the recording's first sample at which outliers were left out [s]."""
 
 
 @dataclass(frozen=True)
@@ -121,7 +101,21 @@ def outer_meanings(recorded: Recorded, options: TrialOptions) -> list[Balance]:
     return [balance for balance in tried if balance]
 
 
-def with_other_zeros(recorded: Recorded, balances: Iterable[Balance]) -> Iterator[Balance]:
+def other_meanings(recorded: Recorded, options: TrialOptions, least: float) -> Iterator[Balance | None]:
+    """Yield the balances with readings over a factor and, where much is left, with other zeros and joints exchanged."""
+    from_zero = options.zero == "upright" and options.scale_from == "hanging"
+    yield _best_scale(recorded, options, any_factor=least > GOOD, from_zero=from_zero)
+    if least > GOOD:
+        moved = _with_other_zeros(recorded, outer_meanings(recorded, options))
+        yield best_of(other for other in moved if other.lumped.is_certain)
+        turned = replace(options, inner_joint=options.outer_joint, outer_joint=options.inner_joint)
+        yield best_of(other for other in outer_meanings(_exchanged(recorded), turned) if other.lumped.may_be_rods)
+    if least > GOOD and options.all_settable and any(np.any(motion.cart) for motion in recorded.motions):
+        free = balance_of(recorded, replace(options, cart_joint=""))
+        yield free if free and free.lumped.may_be_rods else None
+
+
+def _with_other_zeros(recorded: Recorded, balances: Iterable[Balance]) -> Iterator[Balance]:
     """Yield the balances with the zeros of both angles where, under each meaning, gravity shows them to be."""
     for balance in balances:
         meaning = balance.meaning
@@ -134,7 +128,7 @@ def with_other_zeros(recorded: Recorded, balances: Iterable[Balance]) -> Iterato
             yield other
 
 
-def exchanged(recorded: Recorded) -> Recorded:
+def _exchanged(recorded: Recorded) -> Recorded:
     """Return a motion with each joint's readings as the other's."""
     of_joints = ("angles", "rates", "angle_noise", "torques")
     turned = [
@@ -151,47 +145,40 @@ def best_of(balances: Iterable[Balance]) -> Balance | None:
     return min(possible, key=lambda balance: balance.lumped.unexplained, default=None)
 
 
-def _scaled(options: TrialOptions, joints: Joints, logarithm: float) -> TrialOptions:
-    """Return the meaning of angles with the joints' readings over another factor."""
-    factors = {f"{joint}_scale": float(np.exp(logarithm)) * getattr(options, f"{joint}_scale") for joint in joints}
-    return replace(options, **factors)
-
-
-def best_scale(recorded: Recorded, options: TrialOptions, *, any_factor: bool, from_zero: bool) -> Balance | None:
+def _best_scale(recorded: Recorded, options: TrialOptions, *, any_factor: bool, from_zero: bool) -> Balance | None:
     """Return the balance under the meaning of the angles with the factor with which forces balance best.
 
-    A likely factor is taken where it leaves next to nothing. None where no factor is possible, or the best one
-    is so near to one that something else may act like it.
-
-    Args:
-        recorded: the motion of the recorded joints.
-        options: what the angles are taken to mean.
-        any_factor: whether others than likely factors are tried, too.
-        from_zero: whether readings that are right at zero are tried, too (`scale_from`).
+    A likely factor is taken where it leaves next to nothing. None where no factor is possible, or the best one is so
+    near to one that something else may act like it. Others than likely factors are tried with `any_factor`, and
+    readings that are right at zero (`scale_from`) with `from_zero`.
     """
     apart = max(1, sum(map(np.count_nonzero, recorded.moving)) // _ENOUGH)
     some = replace(recorded, moving=tuple(mask & (np.arange(len(mask)) % apart == 0) for mask in recorded.moving))
-
-    def tried(base: TrialOptions, joints: Joints, logarithm: float) -> Balance | None:
-        return _possible(balance_of(some, _scaled(base, joints, logarithm)))
-
     bases = [options, replace(options, scale_from="zero")] if from_zero else [options]
     choices = list(itertools.product(bases, _TOGETHER))
+
+    def scaled(choice: int, logarithm: float) -> TrialOptions:
+        base, joints = choices[choice]
+        factor = float(np.exp(logarithm))
+        return replace(base, **{f"{joint}_scale": factor * getattr(base, f"{joint}_scale") for joint in joints})
+
+    def tried(choice: int, logarithm: float) -> Balance | None:
+        return _possible(balance_of(some, scaled(choice, logarithm)))
+
     most = min(_FAR_LESS * _left(balance_of(some, options)), _EXPLAINED)
-    likely = [tried(*choice, logarithm) for choice in choices for logarithm in np.log(_LIKELY)]
+    likely = [tried(choice, logarithm) for choice in range(len(choices)) for logarithm in np.log(_LIKELY)]
     explaining = [other for other in likely if other and _left(other) <= most]
     if explaining:
         return _possible(balance_of(recorded, min(explaining, key=lambda other: other.lumped.misfit).meaning))
     if not any_factor:
         return None
-    left = np.array([[_left(tried(*choice, logarithm)) for logarithm in _LOGARITHMS] for choice in choices])
-    around = np.pad(left, ((0, 0), (1, 1)), constant_values=np.inf)
-    minima = np.argwhere(np.isfinite(left) & (left <= around[:, :-2]) & (left <= around[:, 2:])).tolist()
-    minima.sort(key=lambda place: left[tuple(place)])
+    left = np.array([[_left(tried(choice, at)) for at in _LOGARITHMS] for choice in range(len(choices))])
+    is_least = np.isfinite(left) & (left == minimum_filter1d(left, 3, mode="nearest"))
+    minima = sorted(np.argwhere(is_least).tolist(), key=lambda place: left[tuple(place)])
 
     def refined(choice: int, near: float) -> tuple[float, int, float]:
         found = minimize_scalar(
-            lambda logarithm: min(_left(tried(*choices[choice], logarithm)), _NONE),
+            lambda logarithm: min(_left(tried(choice, logarithm)), _NONE),
             bounds=(near - _BETWEEN, near + _BETWEEN),
             method="bounded",
             options={"xatol": _WITHIN},
@@ -200,7 +187,7 @@ def best_scale(recorded: Recorded, options: TrialOptions, *, any_factor: bool, f
 
     found = [refined(choice, _LOGARITHMS[near]) for choice, near in minima[: _REFINED * len(bases)]]
     _, choice, logarithm = min(found, default=(np.inf, 0, 0.0))
-    return _possible(balance_of(recorded, _scaled(*choices[choice], logarithm))) if abs(logarithm) > _NEAREST else None
+    return _possible(balance_of(recorded, scaled(choice, logarithm))) if abs(logarithm) > _NEAREST else None
 
 
 def _possible(balance: Balance | None) -> Balance | None:

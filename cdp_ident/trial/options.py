@@ -3,7 +3,7 @@
 """Options of loading a trial, whose defaults are the project's conventions, and how messages name them."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import ClassVar, Literal, get_args
 
 from cdp_ident.errors import OptionError
@@ -86,10 +86,10 @@ class TrialOptions:
     """What to do where the data contradict zero, outer_angle or the signs: refuse the bag, or only warn."""
 
     def __post_init__(self) -> None:
-        choices = {"time": Time, "outer_angle": OuterAngle, "zero": Zero, "inner_unit": Unit, "outer_unit": Unit}
-        for name, kind in (choices | {"scale_from": ScaleFrom, "conventions": Conventions, "input": Input}).items():
-            if getattr(self, name) not in get_args(kind):
-                raise OptionError(f"{name} is {getattr(self, name)!r}: expected one of {', '.join(get_args(kind))}")
+        for option in fields(self):
+            value, choices = getattr(self, option.name), get_args(option.type)
+            if choices and value not in choices:
+                raise OptionError(f"{option.name} is {value!r}: expected one of {', '.join(choices)}")
         for name in ("inner_sign", "outer_sign", "cart_sign"):
             if getattr(self, name) not in (1, -1):
                 raise OptionError(f"{name} is {getattr(self, name)!r}: expected 1 or -1")

@@ -42,14 +42,11 @@ class _Run(NamedTuple):
 def in_order(stamps: Indices, known: Mask | None = None) -> tuple[Indices, list[str]]:
     """Return the samples that are used, in the order of time, and what there is to say about it.
 
-    Samples that were stored late, whose stamps lie among those of others or fill a gap between them, are put there.
-    Where samples go on from an earlier time instead, the clock was set back: they follow with stamps that are earlier.
-    A few that are far from all others, and after which time goes on as before, are dropped. Messages of other joints
-    are no samples between: these may be stored at other times, as topic after topic.
-
-    Args:
-        stamps: (n,) as they are stored [ns].
-        known: (n, 2) which joint each has a reading of.
+    `stamps` (n,) [ns] are as they are stored. Samples that were stored late, whose stamps lie among those of others or
+    fill a gap between them, are put there. Where samples go on from an earlier time instead, the clock was set back:
+    they follow with stamps that are earlier. A few that are far from all others, and after which time goes on as
+    before, are dropped. Messages of other joints, by `known` (n, 2), are no samples between: these may be stored at
+    other times, as topic after topic.
     """
     everything = np.arange(len(stamps))
     if np.all(np.diff(stamps) >= 0):
@@ -101,10 +98,11 @@ def _parts(stamps: Indices, rows: Indices) -> tuple[list[Indices], int]:
     dropped = 0
     for number, run in enumerate(runs):
         latest = parts[-1][-1].end if parts[-1] else run.begin
+        place = bisect(parts[-1], run)
         if run.begin >= latest:
             parts[-1].append(run)
-        elif _belongs(run, parts[-1], near):
-            parts[-1].insert(bisect(parts[-1], run), run)
+        elif _meet([run], parts[-1][max(0, place - 1) : place + 1], near):
+            parts[-1].insert(place, run)
         elif not run.is_long and (number + 1 == len(runs) or runs[number + 1].begin >= latest):
             dropped += run.last - run.first
         else:
@@ -147,22 +145,16 @@ def _put_together(parts: list[list[_Run]], near: int) -> list[list[_Run]]:
     for part in parts:
         rest = part
         for other in [*whole]:
-            joined = sorted([*other, *rest])
-            gaps = [(after.begin - before.end, before, after) for before, after in pairwise(joined)]
-            crosses = any(gap < 0 and before.is_long and after.is_long for gap, before, after in gaps)
-            meet = any(gap <= near and (before in other) != (after in other) for gap, before, after in gaps)
-            if meet and not crosses:
+            if _meet(rest, other, near):
                 whole.remove(other)
-                rest = joined
+                rest = sorted([*other, *rest])
         whole.append(rest)
     return sorted(whole, key=lambda part: min(run.first for run in part))
 
 
-def _belongs(run: _Run, others: list[_Run], near: int) -> bool:
-    """Return whether a run goes on from another, or leads to it, without the samples of both being of the same time."""
-    place = bisect(others, run)
-    before, after = others[place - 1] if place else None, others[place] if place < len(others) else None
-    from_before = run.begin - before.end if before else near + 1
-    to_after = after.begin - run.end if after else near + 1
-    crosses = any(other and other.is_long and gap < 0 for other, gap in ((before, from_before), (after, to_after)))
-    return not (run.is_long and crosses) and min(from_before, to_after) <= near
+def _meet(runs: list[_Run], others: list[_Run], near: int) -> bool:
+    """Return whether some runs go on from others, or lead to them, and the samples of no two are of the same time."""
+    pairs = list(pairwise(sorted([*runs, *others])))
+    crosses = any(after.begin < before.end and before.is_long and after.is_long for before, after in pairs)
+    near_by = [(before, after) for before, after in pairs if after.begin - before.end <= near]
+    return not crosses and any((before in others) != (after in others) for before, after in near_by)

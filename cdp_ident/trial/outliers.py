@@ -12,14 +12,13 @@ no set's residuals reach 4.
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial.polynomial import polyvander
 from scipy.ndimage import maximum_filter1d
 
 from cdp_ident.arrays import Array, Indices, Mask
-from cdp_ident.trial.differences import MEDIAN_OF_SIZE, SAMPLES, encoder_step, fourth_differences
+from cdp_ident.trial.kinematics import MEDIAN_OF_SIZE, SAMPLES, encoder_step, fourth_differences
 
 TURN = 2.0 * np.pi
 """What an angle is known up to [rad]."""
@@ -52,10 +51,8 @@ _NEIGHBOURS = 5.5
 def outliers(time: Array, values: Array, period: float | None = None) -> Mask:
     """Return which samples are outliers (n,).
 
-    Args:
-        time: (n,) times of the samples [s], increasing except where the clock was set back.
-        values: (n,) what was measured [rad or m].
-        period: what values are known up to, as `TURN` for angles; None where there is no such thing.
+    `time` (n,) [s] increases except where the clock was set back; `values` (n,) [rad or m] are known up to a `period`,
+    as `TURN` for angles.
     """
     found = np.zeros(len(time), dtype=bool)
     spacing = np.diff(time)
@@ -79,84 +76,59 @@ def _among_neighbours(time: Array, values: Array, period: float | None) -> Mask:
     look: Mask = np.ones(len(time), dtype=bool)
     while np.any(look) and np.count_nonzero(~found) > 2 * _BESIDE + SAMPLES:
         kept = np.flatnonzero(~found)
-        samples = _Samples.of(time[kept], values[kept], period)
-        samples.suspect &= look[kept]
+        noise, suspect = _noise(time[kept], values[kept], period)
+        suspect &= look[kept]
         dropped = np.zeros(len(time), dtype=bool)
-        for places in _SETS:
-            dropped[kept[samples.outliers(places)]] = True
-            samples.suspect &= ~maximum_filter1d(dropped, 2 * _NEAR + 1)[kept]
+        for places in (some for some in _SETS if len(kept) > 2 * _BESIDE + some[-1]):
+            starts = np.flatnonzero(suspect[: len(kept) - places[-1]])
+            residuals = np.zeros(len(kept))
+            residuals[starts] = _least_residuals(time[kept], values[kept], period, noise, starts, places)
+            greatest = maximum_filter1d(residuals, 2 * _NEAR + 1)
+            outlying = np.flatnonzero((residuals > _LIMIT) & (residuals == greatest))
+            dropped[kept[outlying[:, None] + places]] = True
+            suspect &= ~maximum_filter1d(dropped, 2 * _NEAR + 1)[kept]
         found |= dropped
         # Where some were found, there may be more without them: those that they hid, or their noise did.
         look = np.asarray(maximum_filter1d(dropped, 4 * _BLOCK + 1))
     return found
 
 
-@dataclass
-class _Samples:
-    """Samples of which some may be outliers."""
-
-    time: Array
-    """(n,) [s]."""
-    values: Array
-    """(n,) what was measured."""
-    period: float | None
-    """Of the values."""
-    noise: Array
-    """(n,) standard deviation of the noise about each."""
-    suspect: Mask
-    """(n,) which may be outliers."""
-
-    @classmethod
-    def of(cls, time: Array, values: Array, period: float | None) -> "_Samples":
-        """Take the samples left."""
-        unwrapped = np.asarray(np.unwrap(values, period=period) if period else values)
-        differences = np.abs(fourth_differences(time, unwrapped))
-        noise = np.maximum(_noise(differences, len(time)), encoder_step(unwrapped) / np.sqrt(12.0))
-        # Each by the worst difference it is in; those at the ends are in few, and always suspect.
-        worst = maximum_filter1d(np.pad(differences, SAMPLES // 2, constant_values=np.inf), SAMPLES)
-        return cls(time, values, period, noise, worst > _SUSPECT * noise)
-
-    def outliers(self, places: Indices) -> Indices:
-        """Return the outliers that are a set of samples at these places from a first one."""
-        if len(self.time) < 2 * _BESIDE + places[-1] + 1:
-            return np.empty(0, dtype=np.int64)
-        starts = np.flatnonzero(self.suspect[: len(self.time) - places[-1]])
-        residuals = np.zeros(len(self.time))
-        residuals[starts] = self._least_residuals(starts, places)
-        greatest = maximum_filter1d(residuals, 2 * _NEAR + 1)
-        found = np.flatnonzero((residuals > _LIMIT) & (residuals == greatest))
-        return np.asarray(np.unique(found[:, None] + places))
-
-    def _least_residuals(self, starts: Indices, places: Indices) -> Array:
-        """Return the least studentized residual (m,) of the samples at `places` (p,) from each of the starts (m,)."""
-        time, values, period = self.time, self.values, self.period
-        size = 2 * _BESIDE + int(places[-1]) + 1
-        first = np.clip(starts - _BESIDE, 0, len(time) - size)
-        index = first[:, None] + np.arange(size)
-        members = starts[:, None] + places
-        is_member = (index[:, :, None] == members[:, None, :]).any(axis=2)
-        others = index[~is_member].reshape(len(starts), size - len(places))
-        measured = np.unwrap(values[others], period=period, axis=1) if period else values[others]
-        begin, end = time[first][:, None], time[first + size - 1][:, None]
-        basis, at_members = (polyvander((2.0 * time[at] - begin - end) / (end - begin), 3) for at in (others, members))
-        transposed = basis.transpose(0, 2, 1)
-        fit = np.linalg.solve(transposed @ basis + _RIDGE * np.eye(4), transposed)
-        left = measured - (basis @ fit @ measured[..., None])[..., 0]
-        scatter = np.sqrt(np.sum(left**2, axis=1) / (others.shape[1] - 4))
-        weights = at_members @ fit
-        off = values[members] - (weights @ measured[..., None])[..., 0]
-        if period:
-            off -= period * np.round(off / period)
-        deviation = np.maximum(scatter, self.noise[starts])[:, None] * np.sqrt(1.0 + np.sum(weights**2, axis=2))
-        # Before the first and after the last of the others the motion may change: more than it moves by is asked there.
-        beyond = (members < others[:, :1]) | (members > others[:, -1:])
-        moves = np.max(np.abs(np.diff(measured, axis=1)), axis=1)[:, None]
-        return np.asarray(np.min(np.abs(off) / np.maximum(deviation, beyond * moves / _LIMIT), axis=1))
-
-
-def _noise(differences: Array, count: int) -> Array:
-    """Return the standard deviation of the noise about each of `count` samples (count,), by fourth differences."""
+def _noise(time: Array, values: Array, period: float | None) -> tuple[Array, Mask]:
+    """Return the standard deviation of the noise about each of some samples (n,), and which may be outliers (n,)."""
+    unwrapped = np.asarray(np.unwrap(values, period=period) if period else values)
+    differences = np.abs(fourth_differences(time, unwrapped))
     blocks = np.array_split(differences, max(1, len(differences) // _BLOCK))
-    noise = maximum_filter1d([np.median(block) / MEDIAN_OF_SIZE for block in blocks], 3)
-    by_difference = np.repeat(noise, [len(block) for block in blocks])
-    return np.asarray(np.maximum(np.pad(by_difference, (count - len(by_difference)) // 2, mode="edge"), _FINEST))
+    of_blocks = maximum_filter1d([np.median(block) / MEDIAN_OF_SIZE for block in blocks], 3)
+    noise = np.pad(np.repeat(of_blocks, [len(block) for block in blocks]), SAMPLES // 2, mode="edge")
+    noise = np.maximum(np.maximum(noise, _FINEST), encoder_step(unwrapped) / np.sqrt(12.0))
+    # Each by the worst difference it is in; those at the ends are in few, and always suspect.
+    worst = maximum_filter1d(np.pad(differences, SAMPLES // 2, constant_values=np.inf), SAMPLES)
+    return noise, np.asarray(worst > _SUSPECT * noise)
+
+
+def _least_residuals(
+    time: Array, values: Array, period: float | None, noise: Array, starts: Indices, places: Indices
+) -> Array:
+    """Return the least studentized residual (m,) of the samples at `places` (p,) from each of the starts (m,)."""
+    size = 2 * _BESIDE + int(places[-1]) + 1
+    first = np.clip(starts - _BESIDE, 0, len(time) - size)
+    index = first[:, None] + np.arange(size)
+    members = starts[:, None] + places
+    is_member = (index[:, :, None] == members[:, None, :]).any(axis=2)
+    others = index[~is_member].reshape(len(starts), size - len(places))
+    measured = np.unwrap(values[others], period=period, axis=1) if period else values[others]
+    begin, end = time[first][:, None], time[first + size - 1][:, None]
+    basis, at_members = (polyvander((2.0 * time[at] - begin - end) / (end - begin), 3) for at in (others, members))
+    transposed = basis.transpose(0, 2, 1)
+    fit = np.linalg.solve(transposed @ basis + _RIDGE * np.eye(4), transposed)
+    left = measured - (basis @ fit @ measured[..., None])[..., 0]
+    scatter = np.sqrt(np.sum(left**2, axis=1) / (others.shape[1] - 4))
+    weights = at_members @ fit
+    off = values[members] - (weights @ measured[..., None])[..., 0]
+    if period:
+        off -= period * np.round(off / period)
+    deviation = np.maximum(scatter, noise[starts])[:, None] * np.sqrt(1.0 + np.sum(weights**2, axis=2))
+    # Before the first and after the last of the others the motion may change: more than it moves by is asked there.
+    beyond = (members < others[:, :1]) | (members > others[:, -1:])
+    moves = np.max(np.abs(np.diff(measured, axis=1)), axis=1)[:, None]
+    return np.asarray(np.min(np.abs(off) / np.maximum(deviation, beyond * moves / _LIMIT), axis=1))

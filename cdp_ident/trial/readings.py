@@ -6,7 +6,7 @@ import numpy as np
 
 from cdp_ident.arrays import Array, Indices, Mask
 from cdp_ident.errors import TrialError
-from cdp_ident.trial.differences import encoder_step
+from cdp_ident.trial.kinematics import encoder_step
 
 _FAST = 3.5
 """Steps of the encoder in a change of readings that is motion, in which none is repeated by rounding."""

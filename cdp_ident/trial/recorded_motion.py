@@ -2,21 +2,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """From samples as they came to the motion in them, before anything is known of what its angles mean."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy import ndimage
 
-from cdp_ident.arrays import Array
+from cdp_ident.arrays import Array, Mask
 from cdp_ident.errors import TrialError
-from cdp_ident.trial.balance import motion_on_grid
+from cdp_ident.trial.balance import WINDOW, Motion, motion_on_grid, over_windows
+from cdp_ident.trial.bursts import evened
 from cdp_ident.trial.joints import Piece, Samples, in_angles, model_angles
-from cdp_ident.trial.meaning import Recorded
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.order import elapsed
 from cdp_ident.trial.outliers import TURN, outliers
-from cdp_ident.trial.sample_times import evened
-from cdp_ident.trial.scales import Scales, sampling_step
-from cdp_ident.trial.zero_input import moving_windows
+from cdp_ident.trial.scales import PER_UNIT, Scales, sampling_step
 
 _FASTEST, _SAMPLED = 0.02, 0.5
 """Time scale of a rig of 4 mm [s], and the share of a recording in which samples follow one another as usual."""
@@ -24,6 +23,33 @@ _FEWEST_SAMPLES = 4
 """Samples in one unit of the motion's time scale below which its velocities cannot be estimated."""
 _TOLD = 3
 """So many gaps, and steps back of the clock, are told with their places."""
+_REST_WINDOW = 8 * PER_UNIT
+_BURIED = 4.0
+"""Motion of so many times the noise tells next to nothing beside the motion before it: minutes of it would be most of
+the error that is to be lowered, and each window's initial state takes up what they tell."""
+_CART_WINDOW = 5 * PER_UNIT // 2
+_FAST = 0.4
+"""Share of the typical speed at which the rods show what moves them."""
+_TURNING = 0.15
+"""Share of the typical speed at which a joint cannot be said to stick."""
+_FEWEST = 5 * PER_UNIT
+"""Windows without a joint that sticks, below which the others are taken too."""
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """The motion in a recording, before anything is known of what its angles mean."""
+
+    pieces: tuple[Piece, ...]
+    """Those that are long enough."""
+    motions: tuple[Motion, ...]
+    """Of each piece, of the recorded joints."""
+    moving: tuple[Mask, ...]
+    """Of each motion, the windows (as many as `balance.windows` returns) that show it well."""
+    notes: tuple[str, ...] = ()
+    """What was dropped and parted, in words."""
+    outliers: tuple[float, ...] = ()
+    """Times since the recording's first sample at which outliers were left out [s]."""
 
 
 def recorded_motion(samples: Samples, options: TrialOptions) -> Recorded:
@@ -111,3 +137,49 @@ def cut_at_gaps(cleaned: Piece, outlying: Array, longest_gap: float) -> tuple[li
     edges = np.unique(np.concatenate([long, steps]))
     pieces = [cleaned[part] for part in np.split(np.arange(len(time)), edges)]
     return [replace(of, samples=replace(of.samples, angles=of.samples.unwrapped)) for of in pieces], notes
+
+
+def at_rest(motion: Motion, amplitude: float) -> Mask:
+    """Return which grid points (m,) lie in a long time in which neither rod moves more than `amplitude` [rad rms].
+
+    Nor does one move more than a few times the noise, where that is larger.
+    """
+    amplitude = max(amplitude, _BURIED * float(np.max(motion.angle_noise)))
+    deviation = motion.angles - np.median(motion.angles, axis=0)
+    width = min(_REST_WINDOW, len(deviation))
+    mean = np.ones(width) / width
+    moments = [np.convolve(values, mean, mode="valid") for values in (*deviation.T, *(deviation**2).T)]
+    variance: Array = np.maximum(moments[2] - moments[0] ** 2, moments[3] - moments[1] ** 2)
+    return covered(variance <= amplitude**2, width)
+
+
+def cart_driven(motion: Motion, limit: float) -> Mask:
+    """Return near which grid points (m,) the cart moves further than `limit` [m] within 2.5 units of time."""
+    travel = ndimage.maximum_filter1d(motion.cart, _CART_WINDOW) - ndimage.minimum_filter1d(motion.cart, _CART_WINDOW)
+    return np.asarray(travel > limit)
+
+
+def moving_windows(motion: Motion, options: TrialOptions) -> Mask:
+    """Return which windows of the balance show the motion well.
+
+    The rods are fast, for this motion, the cart is not driven, and no joint sticks: while one does, meanings of the
+    angles that contradict each other can all be right. Where that leaves next to nothing, a joint may stick.
+    """
+    idle = at_rest(motion, options.rest_amplitude) | cart_driven(motion, options.cart_limit)
+    speed = np.linalg.norm(motion.rates, axis=1)
+    if np.all(idle) or len(speed) < WINDOW:
+        return np.zeros(max(0, len(speed) - WINDOW + 1), dtype=bool)
+    typical = np.quantile(speed[~idle], 0.9)
+    centre = slice(WINDOW // 2, len(speed) - WINDOW // 2)
+    moving = (over_windows(idle, np.ones(WINDOW)) < 0.5) & (speed >= _FAST * typical)[centre]
+    inner, outer = motion.rates.T
+    # Whichever way the outer angle is meant, one of these is the speed of its joint.
+    rates = (inner, outer, outer - inner, outer + inner)
+    slowest = np.min([over_windows(rate**2, np.ones(WINDOW) / WINDOW) for rate in rates], axis=0)
+    lively = moving & (slowest > (_TURNING * typical) ** 2)
+    return lively if np.count_nonzero(lively) >= _FEWEST else moving
+
+
+def covered(flags: Mask, width: int) -> Mask:
+    """Return which points lie in a flagged window, of windows of `width` points that start at each flag."""
+    return np.asarray(np.convolve(flags, np.ones(width), mode="full") > 0.5)

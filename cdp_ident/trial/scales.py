@@ -38,46 +38,26 @@ def time_scale(time: Array, angles: Array) -> float:
 
     It follows from the median frequency of the speed's power: the one below which half of it lies. Fast swings count
     more than a slow hand, and rest does not count at all. Noise, whose power is taken from the highest frequencies,
-    is left out; sine and cosine stand for the angle, so that a rod that turns over and wrapped angles do no harm.
+    is left out; sine and cosine stand for the angles (n, k) [rad], so that a rod that turns over and wrapped ones do no
+    harm. Samples are taken to be evenly spaced over `time` (n,) [s]: one that is lost here and there does little.
 
-    Args:
-        time: (n,) times of the samples [s], in any order; they are taken to be evenly spaced, so that a lost sample
-            here and there does little.
-        angles: (n, k) angles [rad].
+    The spectrum is the mean over segments that overlap by half, each less its mean and under Hann's window (Welch, IEEE
+    Trans. Audio Electroacoust. 15, 1967): to load `scipy.signal` for it takes longer than all else of scipy.
     """
     spacing = sampling_step(time)
     if len(time) < _FEWEST or spacing <= 0:
         return _NO_MOTION
+    segment = min(len(time), _SEGMENT)
+    hann = 0.5 - 0.5 * np.cos(2.0 * np.pi / segment * np.arange(segment))
     signals = np.concatenate([np.sin(angles), np.cos(angles)], axis=1)
-    frequency, power = power_spectrum(signals, 1 / spacing, min(len(time), _SEGMENT))
-    power = power.sum(axis=1)
+    parts = np.lib.stride_tricks.sliding_window_view(signals, segment, axis=0)[:: segment - segment // 2]
+    amplitudes = np.fft.rfft((parts - parts.mean(axis=-1, keepdims=True)) * hann)
+    power = np.mean(np.abs(amplitudes) ** 2, axis=0).sum(axis=0)
+    frequency = np.fft.rfftfreq(segment, spacing)
     noise = np.median(power[int(_NOISE_BAND * len(power)) :])
     of_speed = np.cumsum(np.where(power > _ABOVE_NOISE * noise, frequency**2 * (power - noise), 0.0))
     median = 2 * np.pi * frequency[np.argmax(of_speed >= of_speed.max() / 2)]
     return _PER_MEDIAN_FREQUENCY / float(median) if median > 0 else _NO_MOTION
-
-
-def power_spectrum(signals: Array, rate: float, segment: int) -> tuple[Array, Array]:
-    """Return frequencies (f,) [Hz] and the power density (f, k) at them of evenly spaced signals (n, k).
-
-    It is the mean over segments of so many samples that overlap by half, each less its mean and under Hann's window
-    (Welch, IEEE Trans. Audio Electroacoust. 15, 1967). `scipy.signal.welch` gives the same, but to load it takes
-    longer than all else of scipy.
-
-    Args:
-        signals: what was measured.
-        rate: samples in a second [Hz].
-        segment: number of samples in a segment, not more than there are; two at least.
-    """
-    window = 0.5 - 0.5 * np.cos(2.0 * np.pi / segment * np.arange(segment))
-    apart = segment - segment // 2
-    segments = np.lib.stride_tricks.sliding_window_view(signals, segment, axis=0)[::apart]
-    changes = segments - segments.mean(axis=-1, keepdims=True)
-    squares = np.abs(np.fft.rfft(changes * window)) ** 2
-    power = np.moveaxis(squares.mean(axis=0), -1, 0) / (rate * np.sum(window**2))
-    # Negative frequencies have as much as positive ones.
-    power[1 : (segment + 1) // 2] *= 2.0
-    return np.asarray(np.fft.rfftfreq(segment, 1.0 / rate)), np.asarray(power)
 
 
 def sampling_step(time: Array) -> float:

@@ -66,13 +66,13 @@ class Recording:
 
 
 @pytest.fixture(scope="session")
-def recordings():
+def recording():
     return Recording
 
 
-@pytest.fixture
-def recording(recordings):
-    return recordings
+@pytest.fixture(scope="session")
+def swing():
+    return Recording().carry(2.0, 2.5, 1.0).hold(0.5).swing(10)
 
 
 @pytest.fixture

@@ -1,18 +1,18 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from cdp_ident.errors import TrialError
 from cdp_ident.trial.balance import motion_on_grid
-from cdp_ident.trial.conventions import check_conventions
+from cdp_ident.trial.conventions import check_conventions, gravity_of, in_right_ranges
 from cdp_ident.trial.find import find_trial
-from cdp_ident.trial.joints import Samples
-from cdp_ident.trial.meaning import Recorded
+from cdp_ident.trial.joints import Samples, model_angles
 from cdp_ident.trial.options import UNITS, TrialOptions
-from cdp_ident.trial.zero_input import moving_windows
+from cdp_ident.trial.recorded_motion import Recorded, moving_windows
 
 
 def check(made, change=lambda joints: joints, **options):
@@ -22,11 +22,6 @@ def check(made, change=lambda joints: joints, **options):
     return check_conventions(Recorded((), (motion,), (moving_windows(motion, options),)), options)
 
 
-@pytest.fixture
-def swing(recording):
-    return recording().carry(2.0, 2.5, 1.0).hold(0.5).swing(10)
-
-
 def test_right_conventions_pass_without_a_word(swing):
     balance, warnings = check(swing)
     assert warnings == []
@@ -34,32 +29,32 @@ def test_right_conventions_pass_without_a_word(swing):
     assert balance.lumped.unexplained < 0.01
 
 
-def test_the_refusal_names_everything_that_would_have_to_be_set(swing):
-    def absolute_hanging(joints):
-        return np.column_stack([joints[:, 0], joints.sum(axis=1)]) - np.pi
-
-    with pytest.raises(TrialError, match=r"outer_angle: absolute and zero: hanging leaves 0\.\d%"):
-        check(swing, absolute_hanging)
-
-
-def test_an_absolute_angle_whose_zero_is_another_one_is_refused_too(swing):
-    def absolute_outer_hanging(joints):
-        return np.column_stack([joints[:, 0], joints.sum(axis=1) - np.pi])
-
-    with pytest.raises(
-        TrialError, match=r"outer_angle: absolute and the outer joint's zero half a turn on leaves 0\.\d%"
-    ):
-        check(swing, absolute_outer_hanging)
-
-
-def test_the_refusal_carries_its_evidence(swing):
-    with pytest.raises(TrialError, match=r"gravity terms of the rods -\d+\.\d and -\d+\.\d 1/s\^2"):
-        check(swing, zero="hanging")
-
-
-def test_the_inner_zero_alone_half_a_turn_off_is_told_from_the_outer_s(swing):
-    with pytest.raises(TrialError, match="the zero of the inner joint is half a turn"):
-        check(swing, lambda joints: joints + np.array([np.pi, -np.pi]))
+@pytest.mark.parametrize(
+    ("change", "options", "message"),
+    [
+        (
+            lambda inner, outer: (inner - np.pi, inner + outer - np.pi),
+            {},
+            r"outer_angle: absolute and zero: hanging leaves 0\.\d%",
+        ),
+        (
+            lambda inner, outer: (inner, inner + outer - np.pi),
+            {},
+            r"outer_angle: absolute and the outer joint's zero half a turn on leaves 0\.\d%",
+        ),
+        (
+            lambda inner, outer: (inner, outer),
+            {"zero": "hanging"},
+            r"gravity terms of the rods -\d+\.\d and -\d+\.\d 1/s\^2",
+        ),
+        (lambda inner, outer: (inner + np.pi, outer - np.pi), {}, "the zero of the inner joint is half a turn"),
+        (lambda inner, outer: (inner, 0.0 * outer), {}, r"double pendulum|contradict"),
+    ],
+    ids=["absolute hanging", "absolute with another zero", "evidence", "inner zero", "locked outer rod"],
+)
+def test_the_refusal_names_everything_that_would_have_to_be_set(swing, change, options, message):
+    with pytest.raises(TrialError, match=message):
+        check(swing, lambda joints: np.column_stack(change(*joints.T)), **options)
 
 
 @pytest.mark.parametrize(("inner", "outer"), [(0.7, 0.0), (-2.4, 2.9)])
@@ -81,12 +76,6 @@ def test_without_motion_nothing_can_be_said_and_that_is_said(recording):
     balance, warnings = check(recording().hold(10))
     assert balance is None
     assert "too little motion" in warnings[0]
-
-
-def test_an_outer_rod_that_is_locked_is_no_double_pendulum(recording):
-    made = recording().carry(2.0, 2.5, 1.0).hold(0.5).swing(10)
-    with pytest.raises(TrialError, match=r"double pendulum|contradict"):
-        check(made, lambda joints: np.column_stack([joints[:, 0], np.zeros(len(joints))]))
 
 
 @pytest.mark.parametrize("noise", [1e-3, 5e-3, 10e-3])
@@ -135,3 +124,93 @@ def test_a_cart_in_other_units_is_told_from_other_causes(swing):
     counts = 20_000.0 + np.round(3.0 * np.sin(2e-9 * (swing.stamps() - swing.stamps()[0])))
     with pytest.raises(TrialError, match=r"the cart's readings are no metres: cart_joint: '' leaves 0\.0%"):
         find_trial(Samples(swing.stamps(), swing.joints(), counts), TrialOptions())
+
+
+@pytest.fixture(scope="module")
+def samples(swing):
+    return Samples(swing.stamps(), swing.joints(), None)
+
+
+def test_zeros_that_are_off_show_in_gravity_s_direction(samples):
+    assert gravity_of(samples, TrialOptions()) == pytest.approx([0.0, 0.0], abs=0.01)
+    turned = replace(samples, angles=samples.angles - [0.7, -1.9])
+    assert gravity_of(turned, TrialOptions()) == pytest.approx([0.7, 0.7 - 1.9], abs=0.02)
+
+
+@pytest.mark.parametrize(
+    "settings", [{}, {"inner_sign": -1}, {"outer_sign": -1, "zero": "hanging"}, {"outer_unit": "degrees"}]
+)
+@pytest.mark.parametrize("sizes", [(0.2, 0.2), (0.8, 0.0), (0.0, 3.2), (51.5, 51.5)])
+def test_a_counter_begins_in_the_range_in_which_gravity_pulls_down_however_the_swing_ends(samples, sizes, settings):
+    options = TrialOptions(**settings)
+    inner = options.inner_sign * (samples.angles[:, 0] - (np.pi if options.zero == "hanging" else 0.0))
+    unit = 180 / np.pi if options.outer_unit == "degrees" else 1.0
+    right = np.column_stack([inner, unit * options.outer_sign * samples.angles[:, 1]])
+    ranges = (sizes[0], unit * sizes[1])
+    lost = right - np.array([3 if sizes[0] < 1 else 1, -1]) * ranges
+    found = in_right_ranges(replace(samples, angles=lost, ranges=ranges), options)
+    assert found.angles == pytest.approx(right, abs=1e-9)
+
+
+def test_rods_that_hardly_move_leave_a_counter_as_it_is(samples):
+    still = replace(samples, angles=np.zeros_like(samples.angles), ranges=(0.2, 0.2))
+    assert in_right_ranges(still, TrialOptions()) is still
+
+
+def read_as(samples, inner, outer):
+    """What encoders show whose counts per turn are wrong, and that are right where the rods hang."""
+    hanging = np.array([np.pi, 0.0])
+    return Samples(samples.stamps, hanging + (samples.angles - hanging) * np.array([inner, outer]), None)
+
+
+@pytest.mark.parametrize(
+    ("factors", "options", "message"),
+    [
+        ((4.0, 1.0), {}, "the inner joint's readings are 4 times the angle: inner_scale: 4 leaves"),
+        ((1.0, 0.5), {}, r"the outer joint's readings are 0\.5 times the angle: outer_scale: 0\.5 leaves"),
+        (
+            (0.25, 0.25),
+            {},
+            r"readings of both joints are 0\.25 times the angle: inner_scale: 0\.25 and outer_scale: 0\.25 leaves",
+        ),
+        ((1.0, 0.3), {}, r"outer_scale: 0\.(3|29\d+|30\d+) leaves"),
+        ((1.0, 0.5), {"outer_scale": 2.0}, r"outer_scale: 0\.(5|49\d+|50\d+) leaves"),
+    ],
+)
+def test_counts_that_are_wrong_are_refused_with_the_factor_on_what_is_set(samples, factors, options, message):
+    with pytest.raises(TrialError, match=f"{message}.*check the counts per turn, or set that"):
+        find_trial(read_as(samples, *factors), TrialOptions(**options))
+
+
+def test_readings_that_are_right_at_zero_are_told_from_those_that_are_right_where_the_rods_hang(samples):
+    wrong = Samples(samples.stamps, samples.angles * np.array([4.0, 1.0]), None)
+    with pytest.raises(TrialError, match="inner_scale: 4 and scale_from: zero leaves"):
+        find_trial(wrong, TrialOptions())
+    mended = find_trial(wrong, TrialOptions(inner_scale=4.0, scale_from="zero"))
+    assert mended.trial.theta == pytest.approx(find_trial(samples, TrialOptions()).trial.theta, abs=1e-9)
+
+
+@pytest.mark.parametrize("joints", [(1.0, 1.0), (1.0, 0.0), (0.0, 1.0)])
+def test_turns_are_told(samples, joints):
+    wrong = Samples(samples.stamps, samples.angles / (2 * np.pi) ** np.array(joints), None)
+    with pytest.raises(TrialError, match=r"0\.1592 times the angle \(turns\?\)"):
+        find_trial(wrong, TrialOptions())
+
+
+@pytest.mark.parametrize("per_radian", [4096 / (2 * np.pi), 18000 / np.pi])
+def test_readings_that_turn_too_far_are_in_another_unit(samples, per_radian):
+    set_right = TrialOptions(inner_scale=per_radian, outer_scale=per_radian, scale_from="zero")
+    counted = find_trial(Samples(samples.stamps, np.round(samples.angles * per_radian), None), set_right).trial
+    angles = model_angles(samples.angles, TrialOptions())[round(counted.start * 200) :]
+    assert counted.theta == pytest.approx(angles[: len(counted.time)], abs=0.01)
+    for factors in ((per_radian, 1.0), (1.0, per_radian), (per_radian, per_radian)):
+        counts = np.round(samples.angles * np.array(factors))
+        with pytest.raises(TrialError, match="quarter of a turn from sample to sample: its readings are no radians"):
+            find_trial(Samples(samples.stamps, counts, None), TrialOptions())
+
+
+def test_the_factor_that_the_refusal_names_puts_the_angles_right(samples):
+    right = find_trial(samples, TrialOptions())
+    mended = find_trial(read_as(samples, 1.0, 0.5), TrialOptions(outer_scale=0.5))
+    assert mended.warnings == right.warnings == ()
+    assert mended.trial.theta == pytest.approx(right.trial.theta, abs=1e-9)

@@ -172,29 +172,19 @@ def test_markers_that_are_right_stay_as_they_are(noise, seed):
     np.testing.assert_array_equal(rods, np.diff(points, axis=1))
 
 
-def test_a_little_swing_tells_nothing_of_offsets():
-    little = np.pi + 0.05 * np.column_stack([np.sin(5 * LONG_TIME), np.cos(7 * LONG_TIME)])
-    points = in_plane(little, pivot=(1.0, 1.0), noise=0.5)
-    rods, notes = without_offsets(points)
-    assert notes == ()
-    np.testing.assert_array_equal(rods, np.diff(points, axis=1))
-
-
-def test_a_lens_over_a_short_arc_is_no_offset():
-    half = np.pi + 0.8 * np.column_stack([np.sin(5 * LONG_TIME), np.cos(7 * LONG_TIME)])
-    points = in_plane(half)
-    points[:, 1:] *= 1.0 + 0.01 * half[:, :, None] ** 2 / np.pi**2
-    _, notes = without_offsets(points)
-    assert notes == ()
+def test_a_little_swing_tells_nothing_of_offsets_and_a_lens_over_a_short_arc_is_none():
+    swing = np.column_stack([np.sin(5 * LONG_TIME), np.cos(7 * LONG_TIME)])
+    half = np.pi + 0.8 * swing
+    little, lens = in_plane(np.pi + 0.05 * swing, pivot=(1.0, 1.0), noise=0.5), in_plane(half)
+    lens[:, 1:] *= 1.0 + 0.01 * half[:, :, None] ** 2 / np.pi**2
+    for points in (little, lens):
+        rods, notes = without_offsets(points)
+        assert notes == ()
+        np.testing.assert_array_equal(rods, np.diff(points, axis=1))
 
 
 def test_frames_in_which_a_marker_was_not_where_it_is_do_not_count():
     points = in_plane(LONG, joint=(1.0, -1.2))
     points[::50, 2] += 40.0
-    _, notes = without_offsets(points)
-    assert notes == ("the joint's marker is 1.6 off the joint: put right",)
-
-
-def test_an_import_says_what_was_put_right():
-    film = rods_on_film(in_plane(LONG, joint=(1.0, -1.2)), y_down=False)
-    assert film.notes == ("the joint's marker is 1.6 off the joint: put right",)
+    for notes in (without_offsets(points)[1], rods_on_film(points, y_down=False).notes):
+        assert notes == ("the joint's marker is 1.6 off the joint: put right",)

@@ -128,11 +128,6 @@ def test_an_impulse_stays_in_the_trial_and_is_noted(recording, make_bag):
     assert float(note.split()[1]) == pytest.approx(impulse, abs=0.1)
 
 
-@pytest.fixture
-def swing(recording):
-    return recording().carry(2.0, 2.5, 1.0).hold(0.5).swing(10)
-
-
 def test_wrapped_angles_are_unwrapped(recording, make_bag):
     made = recording().carry(0.4, 0.2, 1.0).hold(0.5).swing(10)
     joints = made.joints()
@@ -244,21 +239,21 @@ def test_stamps_are_taken_as_they_are(swing, make_bag):
     assert np.allclose(trial.time, (stamps[first:] - stamps[first]) * 1e-9, atol=1e-12)
 
 
-def test_rods_at_rest_are_no_trial(recording, make_bag):
-    with pytest.raises(TrialError, match="the rods are still"):
-        load_trial(bag_of(make_bag, recording().hold(10)))
-
-
-def test_a_short_bag_is_no_trial(recording, make_bag):
-    made = recording().carry(2.0, 2.5, 0.2).swing(1.0)
-    with pytest.raises(TrialError, match=r"hold no stretch of 2 s"):
-        load_trial(bag_of(make_bag, made), TrialOptions(shortest=2.0))
-
-
-def test_a_motion_that_is_soon_caught_is_no_trial(recording, make_bag):
-    made = recording().carry(2.0, 2.5, 1.0).hold(2).swing(1.5).carry(2.5, 2.5, 0.5).hold(5)
-    with pytest.raises(TrialError, match=r"no zero-input motion of at least 2 s.*a hand"):
-        load_trial(bag_of(make_bag, made), TrialOptions(shortest=2.0))
+@pytest.mark.parametrize(
+    ("made", "options", "message"),
+    [
+        (lambda made: made.hold(10), {}, "the rods are still"),
+        (lambda made: made.carry(2.0, 2.5, 0.2).swing(1.0), {"shortest": 2.0}, r"hold no stretch of 2 s"),
+        (
+            lambda made: made.carry(2.0, 2.5, 1.0).hold(2).swing(1.5).carry(2.5, 2.5, 0.5).hold(5),
+            {"shortest": 2.0},
+            r"no zero-input motion of at least 2 s.*a hand",
+        ),
+    ],
+)
+def test_rest_a_short_bag_and_a_motion_that_is_soon_caught_are_no_trial(recording, make_bag, made, options, message):
+    with pytest.raises(TrialError, match=message):
+        load_trial(bag_of(make_bag, made(recording())), TrialOptions(**options))
 
 
 def test_missing_joints_are_named_with_those_that_are_there(swing, make_bag):
@@ -288,8 +283,8 @@ def test_a_joint_that_sticks_for_good_is_no_hand(make_bag):
     assert trial.duration == pytest.approx(time[-1], abs=0.02)
 
 
-def test_spikes_are_left_out_told_with_their_places_and_change_nothing_else(recording, make_bag):
-    made = recording().carry(2.0, 2.5, 1.0).hold(0.5).swing(10)
+def test_spikes_are_left_out_told_with_their_places_and_change_nothing_else(swing, make_bag):
+    made = swing
     joints = np.mod(made.joints(noise=5e-4), 2 * np.pi)
     clean = load_trial(make_bag(made.stamps(), joints))
     spikes = [40, 700, 1100, 1101, 1900]

@@ -5,11 +5,14 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from cdp_ident.trial.balance import motion_on_grid
 from cdp_ident.trial.joints import Samples
-from cdp_ident.trial.recorded_motion import clean, cut_at_gaps
+from cdp_ident.trial.recorded_motion import at_rest, cart_driven, clean, cut_at_gaps
 
 MS = 1_000_000
 ORIGIN = 10**18
+
+TIME = np.arange(2000) * 0.005
 
 
 def cleaned(milliseconds, longest_gap=0.1):
@@ -90,3 +93,49 @@ def test_a_spike_of_any_size_is_left_out_and_adds_no_turn(at, joint, size, speed
     if len(piece.time) == 199 and 0 < at < 199:
         assert clean(samples)[1] == pytest.approx([at * 0.005])
     assert notes == ""
+
+
+def motion(angle, cart=None):
+    return motion_on_grid(TIME, np.column_stack([angle, np.zeros(len(TIME))]), cart)
+
+
+def stretch(mask):
+    """First and last time of a mask over TIME's grid that is one stretch."""
+    spacing = (TIME[-1] - TIME[0]) / len(mask)
+    marked = np.flatnonzero(mask)
+    assert np.all(np.diff(marked) == 1)
+    return marked[0] * spacing, marked[-1] * spacing
+
+
+def test_rest_is_found_up_to_the_instant_at_which_motion_begins():
+    start, end = stretch(at_rest(motion(np.where(TIME > 4, np.sin(3 * (TIME - 4)), 0.0)), 0.01))
+    assert start == 0
+    assert 3.95 <= end <= 4.1
+
+
+def test_noise_of_an_encoder_is_rest_and_a_small_swing_is_not():
+    noise = np.random.default_rng(2).normal(0, 2e-3, len(TIME))
+    assert np.all(at_rest(motion(noise), 0.01))
+    assert not np.any(at_rest(motion(0.03 * np.sin(4 * TIME) + noise), 0.01))
+
+
+def test_a_swing_that_dies_away_is_rest_from_where_it_is_four_times_the_noise():
+    noise = np.random.default_rng(2).normal(0, 0.02, len(TIME))
+    start, end = stretch(at_rest(motion(np.exp(-0.3 * TIME) * np.sin(4 * TIME) + noise), 0.01))
+    assert 5.5 < start < -np.log(np.sqrt(2) * 4 * 0.02) / 0.3
+    assert end > TIME[-1] - 0.2
+
+
+def test_the_turning_points_of_a_slow_swing_are_no_rest():
+    assert not np.any(at_rest(motion(np.sin(1.5 * TIME)), 0.01))
+
+
+def test_a_cart_is_driven_while_it_goes_far_in_a_short_time():
+    cart = np.interp(TIME, [0, 5, 5.5, 10], [0, 0.004, 0.1, 0.104])
+    start, end = stretch(cart_driven(motion(4 * TIME, cart), 0.01))
+    assert 4.5 <= start <= 5.1
+    assert 5.4 <= end <= 6.0
+
+
+def test_a_slightly_compliant_base_is_not_driven():
+    assert not np.any(cart_driven(motion(TIME, 0.004 * np.sin(8 * TIME)), 0.01))

@@ -1,25 +1,25 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""The times of samples are those in which the motion is smooth: stamps, times of receipt or even ones."""
+"""The times of samples are those in which the motion is smooth, stamps or times of receipt, or the device's own."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from cdp_ident.bag.diagnostics import ClockRate
 from cdp_ident.bag.joint_recording import JointRecording
-from cdp_ident.errors import TrialError
-from cdp_ident.trial.joints import Samples
 from cdp_ident.trial.options import TrialOptions
-from cdp_ident.trial.recorded_motion import recorded_motion
-from cdp_ident.trial.sample_times import evened, in_measured_time
+from cdp_ident.trial.sample_times import in_device_time, in_measured_time
 
-TRUE = np.arange(2000) * 0.005
-NONE = np.empty(0, dtype=np.int64)
+TIME = np.arange(2000) * 0.005
 NOISE = np.random.default_rng(1).normal(0.0, 2e-4, (2000, 2))
-SWING = np.column_stack([np.sin(5 * TRUE), 2 * np.cos(7 * TRUE)]) + NOISE
+SWING = np.column_stack([np.sin(5 * TIME), 2 * np.cos(7 * TIME)]) + NOISE
 STAMPS = 1_700_000_000_200_000_000 + 5_000_000 * np.arange(2000)
 RECEIPTS = STAMPS + 300_000 + np.random.default_rng(1).integers(0, 200_000, 2000)
+EPOCH = 1_700_000_000_000_000_000
+TRUE = np.arange(2600) * 0.005
+WANDER = 20e-6 * np.sin(TRUE / 2.0)
 
 
 def recorded(stamps, receipts=RECEIPTS, angles=SWING):
@@ -83,83 +83,50 @@ def test_few_messages_without_stamp_are_dropped_and_counted():
     assert in_measured_time(replace(found, receipts=None), TrialOptions(time="receipt")).stamps is found.stamps
 
 
-def arrivals(every, apart, jitter=0.0):
-    """When samples come through a buffer that is emptied so often [s], one after the other."""
-    turn = np.ceil((TRUE + 1e-9) / every).astype(int)
-    emptied = turn * every + np.random.default_rng(4).uniform(0.0, jitter, turn[-1] + 1)[turn]
-    place = np.arange(2000) - np.searchsorted(turn, turn)
-    return emptied + apart * place
+def by_device(true, wander, fast=0.0, told=None, device=None):
+    """Return a recording at true times [s] with stamps that wander [s], of a device whose clock is fast."""
+    stamps = EPOCH + np.round((true + wander) * 1e9).astype(np.int64)
+    times = np.round(true * (1.0 + fast) * 1e6).astype(np.int64) * 1000 if device is None else device
+    positions = np.zeros((len(true), 2))
+    return JointRecording("swing", "/joint_states", ("a", "b"), stamps, positions, (), times, told)
 
 
-@pytest.mark.parametrize("apart", [0.0, 50e-6, 150e-6])
-@pytest.mark.parametrize("every", [0.010, 0.016, 0.050])
-def test_times_of_bursts_are_those_of_the_samples(every, apart):
-    times, (note,) = evened(arrivals(every, apart), SWING, NONE)
-    assert times - times.mean() == pytest.approx(TRUE - TRUE.mean(), abs=2e-4)
-    assert "samples came in bursts" in note
+def seconds(recording):
+    return (recording.stamps - EPOCH) * 1e-9
 
 
-@pytest.mark.parametrize("every", [0.016, 0.050])
-@pytest.mark.parametrize("jitter", [0.0, 2e-3])
-def test_samples_that_were_lost_within_bursts_leave_gaps(every, jitter):
-    kept = np.random.default_rng(5).random(2000) > 0.01
-    times, (note,) = evened(arrivals(every, 100e-6, jitter)[kept], SWING[kept], NONE)
-    off = times - TRUE[kept]
-    assert off - np.median(off) == pytest.approx(np.zeros(len(off)), abs=5e-4)
-    assert f"{np.count_nonzero(~kept)} are missing among them" in note
+def test_samples_are_as_even_as_the_device_s_clock_in_seconds_by_the_rate_that_is_told():
+    told = ClockRate(1e-4, 1e-6)
+    found, clock, (note,) = in_device_time(by_device(TRUE, WANDER, 1e-4, told))
+    assert clock is told
+    assert np.ptp(seconds(found) - TRUE) < 2e-6  # the device's microseconds
+    assert abs(np.mean(seconds(found) - TRUE)) < 20e-6
+    assert "100 ± 1 ppm fast" in note
+    assert "us rms" in note
 
 
-def test_whole_seconds_are_made_even():
-    times, (note,) = evened(np.floor(TRUE + 0.4), SWING, NONE)
-    assert times - times.mean() == pytest.approx(TRUE - TRUE.mean(), abs=1e-3)
-    assert "every 1e+03 ms" in note
+def test_untold_the_rate_is_that_of_the_stamps_and_as_uncertain_as_they_wander():
+    found, clock, _ = in_device_time(by_device(TRUE, WANDER, -5e-3))
+    assert abs(clock.fast + 5e-3) < 2.0 * clock.std
+    assert 1e-6 < clock.std < 2e-5
+    assert np.ptp(seconds(found) - TRUE) < 13.0 * 2.0 * clock.std
 
 
-def test_a_sample_lost_in_slow_motion_shows_in_all_later_bursts():
-    slow = (SWING - NOISE) * (1.0 - np.exp(-(((TRUE - 3.0) / 0.5) ** 4)))[:, None] + NOISE
-    kept = np.arange(2000) != 600
-    times, (note,) = evened(arrivals(0.016, 1e-4)[kept], slow[kept], NONE)
-    assert np.ptp((times - TRUE[kept])[abs(TRUE[kept] - 3.0) > 0.5]) < 1e-3
-    assert "1 are missing among them" in note
+def test_a_reset_of_the_device_begins_another_run_and_no_sample_moves_by_it():
+    times = np.where(TRUE < 5.0, TRUE + 100.0, TRUE - 5.0)
+    found, clock, _ = in_device_time(by_device(TRUE, WANDER, device=np.round(times * 1e9).astype(np.int64)))
+    assert np.abs(seconds(found) - TRUE).max() < 50e-6
+    assert abs(clock.fast) < 2.0 * clock.std
 
 
-def test_no_sample_is_missed_where_the_rods_are_knocked():
-    knocked = SWING + np.cumsum(np.random.default_rng(2).normal(0.0, 0.3, (5, 2)), axis=0)[TRUE.astype(int) // 2]
-    times, _ = evened(arrivals(0.016, 0.0), knocked, NONE)
-    assert times - times.mean() == pytest.approx(TRUE - TRUE.mean(), abs=5e-4)
+@pytest.mark.parametrize("count", [0, 1, 50])
+def test_too_few_samples_keep_their_stamps(count):
+    recording = by_device(TRUE[:count], WANDER[:count], 1e-3)
+    found, clock, notes = in_device_time(recording)
+    assert np.array_equal(found.stamps, recording.stamps)
+    assert (clock, notes) == (None, [])
 
 
-def test_stamps_in_bursts_are_kept_where_samples_were_measured_so():
-    stamps = arrivals(0.016, 150e-6)
-    measured = np.column_stack([np.sin(5 * stamps), 2 * np.cos(7 * stamps)]) + NOISE
-    times, notes = evened(stamps, measured, NONE)
-    assert times is stamps
-    assert notes == []
-
-
-def test_what_is_published_twice_with_one_stamp_is_not_spread_out():
-    times, angles = np.repeat(TRUE, 2), np.repeat(SWING, 2, axis=0)
-    assert evened(times, angles, NONE)[0] is times
-
-
-@pytest.mark.parametrize("most", [1e-3, 2e-3, 4e-3])
-def test_times_that_jitter_about_even_ones_are_made_even_where_samples_were_measured_so(most):
-    jitter = TRUE + np.random.default_rng(2).uniform(0.0, most, 2000)
-    times, (note,) = evened(jitter, SWING, NONE)
-    assert times - times.mean() == pytest.approx(TRUE - TRUE.mean(), abs=1e-4)
-    assert "the times of samples jitter: they are taken 5 ms apart" in note
-    measured = np.column_stack([np.sin(5 * jitter), 2 * np.cos(7 * jitter)]) + NOISE
-    assert evened(jitter, measured, NONE)[0] is jitter
-
-
-def test_gaps_and_rest_leave_times_as_they_are():
-    for stamps, angles in ((TRUE + 3.0 * (TRUE > 4.0), SWING), (arrivals(0.016, 0.0), 0.0 * SWING)):
-        assert evened(stamps, angles, NONE)[0] is stamps
-
-
-@pytest.mark.parametrize("together", [80, 500])
-def test_bursts_too_long_to_be_followed_are_told_as_bursts(together):
-    arrived = np.repeat(STAMPS[together - 1 :: together], together)
-    stamps = arrived + np.arange(len(arrived)) % together * 10_000
-    with pytest.raises(TrialError, match="nothing swings so fast: are they stamped in bursts"):
-        recorded_motion(Samples(stamps, SWING[: len(arrived)], None), TrialOptions())
+def test_without_the_device_s_time_nothing_changes():
+    recording = JointRecording("swing", "/joint_states", ("a",), np.array([EPOCH]), np.zeros((1, 1)), ())
+    assert in_device_time(recording) == (recording, None, [])

@@ -5,9 +5,8 @@ from functools import cache
 import numpy as np
 import pytest
 from scipy.interpolate import CubicHermiteSpline
-from scipy.signal import welch
 
-from cdp_ident.trial.scales import Scales, power_spectrum, time_scale
+from cdp_ident.trial.scales import Scales, time_scale
 from reference.own_units import Rig, motion
 
 PENDULUM = Rig(A23=0.154, A33=0.1005, a1=1.053, c1=0.0072, c2=0.0018)
@@ -72,12 +71,3 @@ def test_what_the_sampling_cannot_resolve_is_no_scale():
 def test_anything_has_a_scale(count):
     assert 0 < Scales.of(np.arange(count) * 0.01, np.zeros((count, 2))).unit < 2
     assert 0 < Scales.of(np.zeros(count), np.ones((count, 2))).unit < 2
-
-
-@pytest.mark.parametrize(("samples", "segment"), [(16, 16), (17, 17), (1000, 64), (1000, 65), (1023, 1000)])
-def test_frequencies_and_powers_are_those_of_welch_s_method(samples, segment):
-    signals = np.random.default_rng(1).normal(1.0, 2.0, size=(samples, 3))
-    frequency, power = power_spectrum(signals, 200.0, segment)
-    expected_frequency, expected = welch(signals, 200.0, nperseg=segment, axis=0)
-    assert frequency == pytest.approx(expected_frequency, rel=1e-14)
-    assert power == pytest.approx(expected, rel=1e-10, abs=1e-15)

@@ -11,7 +11,7 @@ import sympy
 from scipy.integrate import solve_ivp
 
 from cdp_ident.errors import OtherMotionError, TrialError
-from cdp_ident.trial.find import find_trial
+from cdp_ident.trial.find import CART, FREE, HAND, REST, Part, choose_parts, find_trial
 from cdp_ident.trial.joints import Samples
 from cdp_ident.trial.options import TrialOptions
 from reference.pendulum import TABLE_5, TIME, cart_position, motion
@@ -218,3 +218,33 @@ def test_what_is_free_after_motors_let_go_is_taken():
     assert found.trial.start + found.trial.duration > 14.9
     assert "motors drive the joints" in "; ".join(found.trial.notes)
     assert found.balance.lumped.values[[0, 1, 4, 5]] == pytest.approx([A23, A33, G1, G2], rel=0.02)
+
+
+def test_the_longest_free_part_is_taken_and_everything_else_told():
+    parts = [Part(0, HAND, 0, 2), Part(0, FREE, 2, 7), Part(0, CART, 7, 8), Part(1, FREE, 9, 20), Part(1, REST, 20, 30)]
+    taken, notes = choose_parts(parts, 2.0)
+    assert taken == [parts[3]]
+    assert notes == [
+        "cut 0.00 to 2.00 s (a hand is at the rods)",
+        "cut 7.00 to 8.00 s (the cart is driven)",
+        "cut 20.00 to 30.00 s (the rods are still)",
+        "another zero-input part from 2.00 to 7.00 s is not used: another is longer",
+    ]
+
+
+def test_too_short_a_part_is_an_error_that_says_what_fills_the_rest():
+    with pytest.raises(TrialError, match=r"the longest has 1\.00 s \(1\.00 to 9\.00 s \(the rods are still\)\)"):
+        choose_parts([Part(0, FREE, 0, 1), Part(0, REST, 1, 9)], 2.0)
+
+
+def test_free_parts_with_nothing_but_a_gap_between_them_are_one_motion():
+    parts = [Part(0, FREE, 0, 3), Part(1, FREE, 3.1, 5), Part(1, REST, 5, 6), Part(2, FREE, 6.1, 10)]
+    taken, notes = choose_parts(parts, 1.0)
+    assert taken == parts[:2]
+    assert notes[-1] == "another zero-input part from 6.10 to 10.00 s is not used: another is longer"
+
+
+@pytest.mark.parametrize("begin", [2.5, 5.5])
+def test_a_clock_set_back_or_a_gap_of_a_swing_parts_them(begin):
+    parts = [Part(0, FREE, 0, 3), Part(1, FREE, begin, begin + 5)]
+    assert choose_parts(parts, 1.0)[0] == parts[1:]
