@@ -16,8 +16,7 @@ from cdp_ident.bag.mcap_scan import McapScan
 from cdp_ident.bag.metadata import METADATA_FILE, read_offered
 from cdp_ident.bag.writer import BagWriter
 from cdp_ident.errors import BagError
-from cdp_ident.regular_file import open_regular
-from cdp_ident.whole_file import beside, remove_unfinished
+from cdp_ident.files import beside, open_regular, remove_unfinished
 
 
 @dataclass(frozen=True)
@@ -86,19 +85,16 @@ def complete_bag(folder: Path) -> Salvaged | None:
 def _write_anew(original: Path, folder: Path) -> tuple[Salvaged, bool]:
     """Return what was kept, and whether more than the end of the file is missing."""
     scan = McapScan(original, Budget(original, original.stat().st_size))
-    messages, first, last = 0, 0, 0
     with BagWriter(folder, original.name) as writer:
-        for topic, stamp, data in scan.messages():
-            if topic.name not in writer.topics:
-                type_hash = topic.described.get("topic_type_hash", "")
-                offered = read_offered(topic.described.get("offered_qos_profiles", ""))
-                writer.add_topic(topic.name, topic.message_type, topic.schema, type_hash, offered)
-            writer.write(topic.name, topic.message_type, stamp, data)
-            first, last = (min(first, stamp), max(last, stamp)) if messages else (stamp, stamp)
-            messages += 1
-        salvaged = Salvaged(original.parent, messages, (last - first) * 1e-9, scan.damage())
+        for channel, schema, stamp, data in scan.messages():
+            if channel.topic not in writer.topics:
+                type_hash = channel.metadata.get("topic_type_hash", "")
+                offered = read_offered(channel.metadata.get("offered_qos_profiles", ""))
+                writer.add_topic(channel.topic, schema.name, (schema.encoding, schema.data), type_hash, offered)
+            writer.write(channel.topic, schema.name, stamp, data)
+        salvaged = Salvaged(original.parent, writer.message_count, writer.duration_ns * 1e-9, scan.damage())
         writer.close({"salvaged": str(salvaged)})
-    return salvaged, scan.damaged_chunks + scan.orphaned_messages + scan.loose_messages > 0
+    return salvaged, scan.lacks_more_than_its_end
 
 
 def _is_finished(file: Path) -> bool:

@@ -6,8 +6,10 @@ import fcntl
 import os
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import nullcontext, suppress
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
+from typing import Any
 
 from mcap.writer import Writer
 from rosbags.typesys.base import TypesysError
@@ -16,14 +18,24 @@ from cdp_ident.bag.joint_state import typestore
 from cdp_ident.bag.metadata import (
     INFORMATION,
     METADATA_FILE,
+    METADATA_VERSION,
     OFFERED_QOS_PROFILES,
+    ROS_DISTRO,
     QosProfile,
-    TopicCount,
-    bag_information,
     dump_yaml,
 )
 from cdp_ident.errors import BagError
-from cdp_ident.whole_file import write_whole
+from cdp_ident.files import write_whole
+
+
+@dataclass
+class _Topic:
+    """A topic that is declared."""
+
+    channel: int
+    metadata: dict[str, Any]
+    """What `metadata.yaml` says of it."""
+    message_count: int = 0
 
 
 class BagWriter:
@@ -55,18 +67,23 @@ class BagWriter:
         self._writer = Writer(self._stream)
         self._writer.start(profile="ros2")
         self._schemas: dict[str, int] = {}
-        self._channels: dict[str, tuple[int, TopicCount]] = {}
+        self._topics: dict[str, _Topic] = {}
         self._start_ns = self._end_ns = 0
 
     @property
     def message_count(self) -> int:
         """Messages written so far."""
-        return sum(topic.message_count for _, topic in self._channels.values())
+        return sum(topic.message_count for topic in self._topics.values())
+
+    @property
+    def duration_ns(self) -> int:
+        """Time from the first to the last message so far [ns]."""
+        return self._end_ns - self._start_ns
 
     @property
     def topics(self) -> Collection[str]:
         """The topics declared so far."""
-        return self._channels.keys()
+        return self._topics.keys()
 
     def add_topic(
         self,
@@ -82,8 +99,8 @@ class BagWriter:
         and text of its definition and `type_hash` its hash, where it is not one of those; `offered` is the quality of
         service of its publishers. Raises BagError where the type is not known, or the topic is there with another type.
         """
-        if topic in self._channels:
-            known = self._channels[topic][1].message_type
+        if topic in self._topics:
+            known = self._topics[topic].metadata["type"]
             if known != message_type:
                 raise BagError(f"topic {topic} of {self.folder} holds {known}: {message_type} cannot go there too")
             return
@@ -98,27 +115,33 @@ class BagWriter:
             self._schemas[message_type] = self._writer.register_schema(message_type, *schema)
         described = {"offered_qos_profiles": dump_yaml(list(offered)), "topic_type_hash": type_hash}
         channel = self._writer.register_channel(topic, "cdr", self._schemas[message_type], described)
-        self._channels[topic] = (channel, TopicCount(topic, message_type, type_hash, offered))
+        metadata = {
+            "name": topic,
+            "type": message_type,
+            "serialization_format": "cdr",
+            "offered_qos_profiles": list(offered),
+            "type_description_hash": type_hash,
+        }
+        self._topics[topic] = _Topic(channel, metadata)
 
     def write(self, topic: str, message_type: str, stamp_ns: int, cdr_bytes: bytes) -> None:
         """Write one serialised message that was received at `stamp_ns` [ns since the epoch].
 
         Raises BagError where the disk does not take it or the type does not fit the topic.
         """
-        if topic not in self._channels or self._channels[topic][1].message_type != message_type:
-            self.add_topic(topic, message_type)
+        self.add_topic(topic, message_type)
         if not 0 <= stamp_ns < 2**63:
             raise BagError(f"a message of topic {topic} has the time {stamp_ns} ns: expected 0 to 2^63 - 1 since 1970")
         if self._stream.closed:
             raise BagError(f"the bag {self.folder} is closed, or a write to it failed before: begin another")
-        channel, count = self._channels[topic]
+        of = self._topics[topic]
         try:
-            self._writer.add_message(channel, stamp_ns, cdr_bytes, publish_time=stamp_ns, sequence=count.message_count)
+            self._writer.add_message(of.channel, stamp_ns, cdr_bytes, publish_time=stamp_ns, sequence=of.message_count)
         except OSError as error:
             raise self._failure(error) from error
         self._start_ns = min(self._start_ns, stamp_ns) if self.message_count else stamp_ns
         self._end_ns = max(self._end_ns, stamp_ns)
-        count.message_count += 1
+        of.message_count += 1
 
     def flush(self) -> None:
         """Hand everything written so far to the operating system, as a chunk of its own.
@@ -145,8 +168,7 @@ class BagWriter:
             raise BagError(f"the bag {self.folder} is incomplete: a write to it failed before")
         if self._stream.closed:
             return
-        topics = [topic for _, topic in self._channels.values()]
-        information = bag_information(self._path.name, topics, self._start_ns, self._end_ns, custom_data or {})
+        information = self._information(custom_data or {})
         text = dump_yaml({INFORMATION: information})
         try:
             self._writer.add_metadata("rosbag2", {"serialized_metadata": dump_yaml(information)})
@@ -157,6 +179,29 @@ class BagWriter:
             self._stream.close()  # and with it the lock: without metadata the bag would look unfinished to `salvage`
         except OSError as error:
             raise self._failure(error) from error
+
+    def _information(self, custom_data: Mapping[str, str]) -> dict[str, Any]:
+        """Return what `metadata.yaml` holds under `INFORMATION`."""
+        file_name, count = self._path.name, self.message_count
+        start = {"nanoseconds_since_epoch": self._start_ns}
+        duration = {"nanoseconds": self.duration_ns}
+        return {
+            "version": METADATA_VERSION,
+            "storage_identifier": "mcap",
+            "duration": duration,
+            "starting_time": start,
+            "message_count": count,
+            "topics_with_message_count": [
+                {"topic_metadata": topic.metadata, "message_count": topic.message_count}
+                for topic in self._topics.values()
+            ],
+            "compression_format": "",
+            "compression_mode": "",
+            "relative_file_paths": [file_name],
+            "files": [{"path": file_name, "starting_time": start, "duration": duration, "message_count": count}],
+            "custom_data": dict(custom_data) or None,
+            "ros_distro": ROS_DISTRO,
+        }
 
     def __enter__(self) -> "BagWriter":
         return self

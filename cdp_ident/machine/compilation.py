@@ -31,7 +31,7 @@ from numba.core.ccallback import CFunc
 from numba.core.sigutils import normalize_signature
 from numba.extending import register_jitable
 
-from cdp_ident.whole_file import write_whole
+from cdp_ident.files import write_whole
 
 Compilable = Callable[..., Any]
 

@@ -17,6 +17,7 @@ import numpy.typing as npt
 
 from cdp_ident.diagnosis.evaluation import free_run
 from cdp_ident.errors import ReportError
+from cdp_ident.files import read_regular
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.likelihood.swing import Swing
 from cdp_ident.likelihood.whole_swing import WholeSwings
@@ -25,7 +26,6 @@ from cdp_ident.model.layout import RODS_STATES
 from cdp_ident.model.motions import accelerations_at
 from cdp_ident.model.parameters import LARGEST
 from cdp_ident.outside_text import shown
-from cdp_ident.regular_file import read_regular
 from cdp_ident.report.outcome import Outcome
 from cdp_ident.tracing.final_model import FinalModel
 from cdp_ident.tracing.missing_torque import MissingTorque

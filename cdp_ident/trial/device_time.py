@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from cdp_ident.arrays import Array
-from cdp_ident.bag.diagnostics import ClockRate
+from cdp_ident.bag.device_messages import ClockRate
 from cdp_ident.bag.joint_recording import JointRecording
 
 _SET = 20_000_000

@@ -169,7 +169,7 @@ def test_a_cut_at_any_byte_gives_a_prefix_of_the_messages(whole, tmp_path):
     for size in range(17, len(content), max(1, len(content) // 300)):
         file.write_bytes(content[:size])
         try:
-            stamps = [stamp for _, stamp, _ in McapScan(file, Budget(file, 0)).messages()]
+            stamps = [stamp for _, _, stamp, _ in McapScan(file, Budget(file, 0)).messages()]
         except BagError:
             stamps = []
         assert stamps == [(i + 1) * PERIOD for i in range(len(stamps))]

@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from cdp_ident.bag.diagnostics import ClockRate
+from cdp_ident.bag.device_messages import ClockRate
 from cdp_ident.bag.joint_recording import JointRecording
 from cdp_ident.trial.device_time import in_device_time
 
