@@ -143,7 +143,7 @@ def read_table(path: Path, delimiter: str | None = None, decimal: str | None = N
     values, no_numbers, stray, first = array("d"), dict[int, tuple[int, str]](), list[Line](), 0
     for number, line in _lines(path, text):
         is_comment = line[0] in _COMMENTS
-        cells = [] if is_comment else form.cells(line)
+        cells = [] if is_comment else _cells_of(line, form.delimiter)
         row, others = form.row(cells)
         if (first or len(cells) == form.width) and not is_comment and (not others or form.is_data(others, not first)):
             if not first:
@@ -218,12 +218,8 @@ def _no_numbers_in(path: Path, rows: Sequence[Line]) -> BagError:
 def _titles(before: Sequence[Line], delimiter: str, units: list[str]) -> tuple[tuple[Title, ...], int]:
     """Return the titles that stand before the numbers, nearest to them, and in which line; without words if in none.
 
-    Titles that stand there twice, as x and y of several points, belong to what stands above them.
-
-    Args:
-        before: the lines before the numbers.
-        delimiter: between columns.
-        units: what stands behind the numbers of each column.
+    Titles that stand there twice, as x and y of several points, belong to what stands above them. `units` stand behind
+    the numbers of each column.
     """
     width = len(units)
     for place, (number, line) in reversed([*enumerate(before)]):
@@ -304,10 +300,6 @@ class _Format:
             elif len(there) < _EMPTY * len(column):
                 empty.append(place)
         return cls(sign, point, width, tuple(numeric), tuple(empty))
-
-    def cells(self, line: str) -> list[str]:
-        """Return the cells of a line."""
-        return _cells_of(line, self.delimiter)
 
     def row(self, cells: Sequence[str]) -> tuple[list[float], dict[int, str]]:
         """Return the numbers of a row (width,), NaN where there are none, and there the words, empty where missing."""

@@ -7,6 +7,7 @@ from __future__ import annotations
 import struct
 from array import array
 from collections import Counter
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import ClassVar
@@ -14,13 +15,7 @@ from typing import ClassVar
 import numpy as np
 
 from cdp_ident.arrays import Array, Mask, Rows, Times
-from cdp_ident.bag.device_messages import (
-    DIAGNOSTICS,
-    TIME_REFERENCE,
-    ClockRate,
-    parse_time_reference,
-    read_statuses,
-)
+from cdp_ident.bag.device_messages import DIAGNOSTICS, TIME_REFERENCE, ClockRate, parse_time_reference, read_statuses
 from cdp_ident.bag.joint_state import HEAD_OFFSET, NANOSECONDS, STAMP_OFFSET, Layout, parse_layout
 from cdp_ident.bag.limits import plain_message
 from cdp_ident.errors import BagError
@@ -206,18 +201,17 @@ class DeviceMessages:
 
     def add(self, topic: str, message_type: str, raw: bytes) -> None:
         """Add a message of one of TYPES; one that is not well-formed is passed over."""
-        try:
+        with suppress(ValueError, struct.error):
             raw = plain_message(raw)
-            if message_type == TIME_REFERENCE:
-                stamp, device, source = parse_time_reference(raw)
-                references = self._topics.setdefault(topic, _TimeReferences())
-                references.source = source
-                references.stamps.append(stamp)
-                references.times.append(device)
+            if message_type == DIAGNOSTICS:
+                statuses = read_statuses(raw)
+                self._rates |= {status.hardware_id: rate for status in statuses if (rate := status.clock_rate)}
                 return
-        except (ValueError, struct.error):
-            return
-        self._rates |= {status.hardware_id: rate for status in read_statuses(raw) if (rate := status.clock_rate)}
+            stamp, device, source = parse_time_reference(raw)
+            references = self._topics.setdefault(topic, _TimeReferences())
+            references.source = source
+            references.stamps.append(stamp)
+            references.times.append(device)
 
     def added_to(self, recording: JointRecording) -> JointRecording:
         """Return a recording with the device's time of its samples, by whichever topic has nine in ten of their stamps.

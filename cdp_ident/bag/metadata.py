@@ -13,7 +13,6 @@ from cdp_ident.outside_text import shown
 from cdp_ident.yaml_file import read_yaml
 
 METADATA_FILE = "metadata.yaml"
-METADATA_VERSION = 9
 INFORMATION = "rosbag2_bagfile_information"
 """The one key at the top of the file."""
 ROS_DISTRO = "jazzy"

@@ -16,10 +16,7 @@ SCHEMA = "cdp_ident/linear_model/1"
 def linear_model_content(model: LinearModel, at: str, left_out: Sequence[Effect]) -> dict[str, Any]:
     """Return what the file of a linear model says.
 
-    Args:
-        model: the linear model.
-        at: name of its equilibrium.
-        left_out: effects of the fitted model that have no linear part.
+    `at` is the name of its equilibrium; `left_out` are effects of the fitted model that have no linear part.
     """
     return {
         "schema": SCHEMA,
