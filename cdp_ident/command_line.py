@@ -1,17 +1,18 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""What every executable of the package shares: how it reads its arguments, and how it ends."""
+"""What every executable of the package shares: how it reads its arguments, how it writes, and how it ends."""
 
 import argparse
 import functools
+import io
+import os
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import fields
-from typing import NoReturn, TypeVar
+from typing import Any, NoReturn, TextIO, TypeVar
 
 from cdp_ident.errors import CdpIdentError, OptionError
 from cdp_ident.outside_text import shown
-from cdp_ident.standard_streams import output_problem
 
 EXIT_BAD_INPUT = CdpIdentError.exit_code
 EXIT_INTERRUPTED = 130
@@ -75,10 +76,59 @@ def split_arguments(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
     return own, of_ros
 
 
-def entry_point(body: Callable[[list[str]], int]) -> Callable[[Sequence[str] | None], int]:
+class _Tolerant(io.FileIO):
+    """A file that seems to take everything."""
+
+    problem: OSError | None = None
+    """Why the rest of what was written is left out."""
+
+    def write(self, data: Any) -> int:
+        if self.problem is None:
+            try:
+                return super().write(data)
+            except OSError as error:
+                self.problem = error
+        return len(data)
+
+
+def make_tolerant() -> None:
+    """Let the program go on where its output goes to a full disk, a reader that went away, or nowhere.
+
+    Descriptors 0 to 2 that are closed are opened onto nothing, else the next file that is opened would be one of
+    them, and be written into. Characters that the output's encoding does not have are written as escapes.
+    """
+    for descriptor in range(3):
+        try:
+            os.fstat(descriptor)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # takes the lowest number that is free
+    sys.stdout, sys.stderr = _tolerant(sys.stdout, 1), _tolerant(sys.stderr, 2)
+
+
+def _tolerant(stream: TextIO | None, descriptor: int) -> TextIO:
+    if stream is not None:
+        stream.flush()
+    raw = _Tolerant(descriptor, "w", closefd=False)
+    return io.TextIOWrapper(
+        io.BufferedWriter(raw),
+        encoding=stream.encoding if stream is not None else "utf-8",
+        errors="backslashreplace",
+        line_buffering=raw.isatty() or descriptor == 2,
+    )
+
+
+def output_problem() -> str:
+    """Return why not all of the output could be written; empty where it was, or where its reader went away."""
+    sys.stdout.flush()
+    raw = getattr(getattr(sys.stdout, "buffer", None), "raw", None)
+    problem = raw.problem if isinstance(raw, _Tolerant) else None
+    return "" if problem is None or isinstance(problem, BrokenPipeError) else problem.strerror or str(problem)
+
+
+def entry_point(body: Callable[[list[str]], int | None]) -> Callable[[Sequence[str] | None], int]:
     """Make the entry point of an executable from its body.
 
-    The body takes the arguments after the executable's name and returns the exit code. Bad input, which the body
+    The body takes the arguments after the executable's name and may return an exit code. Bad input, which the body
     reports by raising a `CdpIdentError`, ends as one line on stderr and the error's exit code, never as a traceback. So
     does what the file system, an encoding or the system refuses, which the body need not foresee: names of files that
     are too long, memory, threads.
@@ -88,7 +138,7 @@ def entry_point(body: Callable[[list[str]], int]) -> Callable[[Sequence[str] | N
     @functools.wraps(body)
     def main(arguments: Sequence[str] | None = None) -> int:
         try:
-            code = body(list(sys.argv[1:] if arguments is None else arguments))
+            code = body(list(sys.argv[1:] if arguments is None else arguments)) or 0
             if problem := output_problem():
                 raise OptionError(f"not all output could be written: {problem}")
         except CdpIdentError as error:

@@ -13,6 +13,7 @@ time that it takes to load, and find nothing.
 """
 
 import contextlib
+import ctypes
 import functools
 import gc
 import importlib
@@ -20,11 +21,26 @@ import os
 import signal
 from collections.abc import Iterator
 
+from cdp_ident.command_line import EXIT_INTERRUPTED, make_tolerant
 from cdp_ident.executables import EXECUTABLES
-from cdp_ident.memory import keep_freed_memory
-from cdp_ident.standard_streams import make_tolerant
 
-_INTERRUPTED = 130
+_TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3
+"""What `mallopt` sets, by glibc's numbers; other C libraries have no such function."""
+_KEPT, _LARGEST_KEPT = 1 << 28, 1 << 25
+"""Free memory that each thread keeps at most, and the largest piece of it; glibc allows none larger [B]."""
+
+
+def keep_freed_memory() -> None:
+    """Keep freed memory for what is computed next in this process, where the C library can be told so.
+
+    Arrays of some hundred kilobytes come and go all the time. Where each is given back to the system, getting empty
+    pages again takes as long as half of what is computed in them.
+    """
+    with contextlib.suppress(AttributeError, OSError):
+        library = ctypes.CDLL(None)
+        library.mallopt(_TRIM_THRESHOLD, _KEPT)
+        library.mallopt(_MMAP_THRESHOLD, _LARGEST_KEPT)
+
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 keep_freed_memory()
@@ -48,7 +64,7 @@ def loading(name: str) -> Iterator[None]:
     def end(_number: int, _frame: object) -> None:
         # Raised as an exception it could come out of a half loaded library as any other.
         os.write(2, f"{name}: interrupted\n".encode())
-        os._exit(_INTERRUPTED)
+        os._exit(EXIT_INTERRUPTED)
 
     before = signal.getsignal(signal.SIGINT)
     if before is not signal.SIG_IGN:

@@ -7,8 +7,8 @@ from typing import Any
 
 import yaml
 
+from cdp_ident.files import read_regular
 from cdp_ident.outside_text import shown
-from cdp_ident.regular_file import read_regular
 
 LARGEST = 1 << 20
 """Bytes of a file; rigs, calibrations and parameter files have a few thousand."""

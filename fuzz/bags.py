@@ -22,7 +22,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 
 from cdp_ident.bag.joint_state import MESSAGE_TYPE, serialize_joint_state, typestore
 from cdp_ident.bag.reader import read_joint_states
-from cdp_ident.bag.salvage import complete_bag
+from cdp_ident.bag.writer import complete_bag
 from cdp_ident.errors import BagError
 from fuzz.campaign import FindingError
 from fuzz.mutation import mutated

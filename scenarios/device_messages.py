@@ -5,8 +5,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from cdp_ident.bag import diagnostics as diagnostics_module
-from cdp_ident.bag import time_reference as time_reference_module
+from cdp_ident.bag.device_messages import DIAGNOSTICS, TIME_REFERENCE
 from cdp_ident.bag.joint_state import typestore
 
 
@@ -14,7 +13,7 @@ def diagnostics(statuses: Mapping[str, Mapping[str, str]], hardware_id: str = ""
     """Return a DiagnosticArray of statuses by name."""
     types = typestore().types
     status, value = types["diagnostic_msgs/msg/DiagnosticStatus"], types["diagnostic_msgs/msg/KeyValue"]
-    message = types[diagnostics_module.MESSAGE_TYPE](
+    message = types[DIAGNOSTICS](
         header=_header(0),
         status=[
             status(
@@ -27,15 +26,15 @@ def diagnostics(statuses: Mapping[str, Mapping[str, str]], hardware_id: str = ""
             for name, values in statuses.items()
         ],
     )
-    return bytes(typestore().serialize_cdr(message, diagnostics_module.MESSAGE_TYPE))
+    return bytes(typestore().serialize_cdr(message, DIAGNOSTICS))
 
 
 def time_reference(stamp_ns: int, device_ns: int, source: str = "device", frame: str = "") -> bytes:
     """Return a TimeReference."""
-    message = typestore().types[time_reference_module.MESSAGE_TYPE](
+    message = typestore().types[TIME_REFERENCE](
         header=_header(stamp_ns, frame), time_ref=_time(device_ns), source=source
     )
-    return bytes(typestore().serialize_cdr(message, time_reference_module.MESSAGE_TYPE))
+    return bytes(typestore().serialize_cdr(message, TIME_REFERENCE))
 
 
 def _header(stamp_ns: int, frame: str = "") -> Any:

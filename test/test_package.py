@@ -1,11 +1,23 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""What the package says about itself to ROS's tools."""
+"""What the package says about itself, to ROS's tools and to those who cite it; and ROS's own linters pass.
+
+They come with ROS, those but `ament_copyright` with requirements-dev.txt, too.
+"""
 
 import ast
+import importlib
 import re
+import subprocess
+import sys
 import xml.etree.ElementTree as ET
+from importlib.metadata import entry_points
 from pathlib import Path
+
+import pytest
+import yaml
+
+from cdp_ident.spdx_header import file_headers
 
 ROOT = Path(__file__).parents[1]
 OF_ROS = re.compile(r"rclpy|launch|launch_ros|xacro|ament_index_python|\w+_(?:msgs|srvs|interfaces)")
@@ -24,3 +36,69 @@ def test_every_ros_package_that_is_imported_is_one_that_rosdep_installs():
     used = {name for path in files for name in imported(path) if OF_ROS.fullmatch(name)}
     declared = {element.text for element in ET.parse(ROOT / "package.xml").iter("exec_depend")}
     assert {"rclpy", "rosgraph_msgs", "builtin_interfaces"} <= used <= declared
+
+
+def test_it_cites_this_version_under_this_licence():
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text())
+    package = ET.parse(ROOT / "package.xml")
+    assert citation["title"] == package.findtext("name")
+    assert citation["version"] == package.findtext("version")
+    assert citation["license"] == package.findtext("license")
+    assert citation["authors"] == [{"name": package.findtext("author")}]
+    reuse = (ROOT / "REUSE.toml").read_text()
+    assert f'SPDX-License-Identifier = "{package.findtext("license")}"' in reuse
+    assert package.findtext("author") in reuse
+
+
+def test_it_names_the_paper_as_the_readme_does():
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text())
+    assert citation["references"][0]["title"] in (ROOT / "README.md").read_text()
+
+
+CODE = [str(ROOT / name) for name in ("cdp_ident", "launch", "examples", "setup.py")]
+MADE = ["--exclude", str(ROOT / "cdp_ident/model/formulas/laws.py")]
+
+
+def finds_nothing(linter, configuration):
+    """Run a linter in a process of its own: what it forks hangs where other tests have left threads."""
+    pytest.importorskip(linter, reason=f"{linter} is not installed")
+    run = f"import sys; from {linter}.main import main; sys.exit(main(sys.argv[1:]))"
+    linted = subprocess.run(
+        [sys.executable, "-c", run, *configuration, *MADE, "--", *CODE], capture_output=True, text=True, check=False
+    )
+    assert linted.returncode == 0, linted.stdout + linted.stderr
+
+
+@pytest.mark.parametrize(
+    ("linter", "configuration"),
+    [
+        ("ament_flake8", ["--config", str(ROOT / "setup.cfg")]),
+        # Methods say by their names what the magic ones do; a formula is no signature, a file's key no section.
+        ("ament_pep257", ["--convention", "google", "--add-ignore", "D105", "D107", "D214", "D402", "D405", "D411"]),
+    ],
+)
+def test_ros_s_linter_finds_nothing(linter, configuration):
+    finds_nothing(linter, configuration)
+
+
+def test_each_file_says_whose_it_is_and_its_licence_as_ros_s_linter_asks():
+    header = file_headers[0].format(copyright="Copyright 2026 cdp_ident maintainers")
+    lines = "".join(f"# {line}\n" for line in header.splitlines())
+    folders = ("benchmarks", "cdp_ident", "docs", "examples", "fuzz", "launch", "reference", "scenarios", "test")
+    files = [ROOT / "setup.py", *(file for folder in folders for file in (ROOT / folder).rglob("*.py"))]
+    assert [str(file) for file in files if not file.read_text().startswith(lines)] == []
+
+
+@pytest.mark.skipif(
+    not entry_points(group="ament_copyright.license", name="apache2_spdx"), reason="it is not installed"
+)
+def test_ros_s_linter_knows_the_header_by_the_package_s_entry_point():
+    finds_nothing("ament_copyright", [])
+
+
+def test_ros_s_release_tool_reads_the_version_from_the_changes():
+    changelog = importlib.import_module("catkin_pkg.changelog").get_changelog_from_path(str(ROOT / "CHANGELOG.rst"))
+    package = importlib.import_module("catkin_pkg.package").parse_package(str(ROOT))
+    newest, _, changes = next(changelog.foreach_version(reverse=True))
+    assert newest == package.version
+    assert changes

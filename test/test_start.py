@@ -1,8 +1,9 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Executables are started by name, and Ctrl-C ends them in one line from the beginning."""
+"""Executables are started by name, Ctrl-C ends them in one line from the beginning, and freed memory is kept."""
 
 import os
+import platform
 import signal
 import subprocess
 import sys
@@ -84,3 +85,40 @@ def test_the_help_of_what_is_no_node_of_a_rig_waits_for_nothing_that_takes_long_
         script += f"print('{name}', *(n for n in {NUMERICS} if n in sys.modules), file=sys.stderr)\n"
     said = subprocess.run([sys.executable, "-c", script], check=True, capture_output=True, text=True).stderr
     assert said.split() == AT_ONCE
+
+
+COUNTED = """
+import resource
+import threading
+import numpy as np
+import cdp_ident.start
+
+def touch(rounds):
+    for _ in range(rounds):
+        arrays = [np.empty(30_000) for _ in range(20)]
+        for array in arrays:
+            array.fill(1.0)
+        del array, arrays
+
+def pages(rounds):
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+    touch(rounds)
+    return resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before
+
+def count():
+    print(pages(1), pages(100))
+
+thread = threading.Thread(target=count)
+thread.start()
+thread.join()
+"""
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="other C libraries cannot be told so")
+def test_arrays_get_the_pages_of_those_before_them():
+    command = [sys.executable, "-c", COUNTED]
+    done = subprocess.run(command, check=True, capture_output=True, text=True, timeout=300)
+    first, later = (int(count) for count in done.stdout.split())
+    # Twenty arrays of 240 kB have some thousand pages of 4 kB.
+    assert first > 500
+    assert later < 2 * first

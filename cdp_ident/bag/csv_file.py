@@ -2,24 +2,27 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tables of numbers from the CSV file of any laboratory, read as they are found."""
 
+import csv
 import gzip
 import io
 import itertools
 import re
 import zlib
 from array import array
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from datetime import datetime, timedelta, timezone
 from pathlib import Path
 
 import numpy as np
 
 from cdp_ident.arrays import Array
-from cdp_ident.bag.csv_format import DELIMITERS, Format, cells_of, number_of, unit_behind
 from cdp_ident.bag.csv_titles import Title, is_unit, titles_of_echo
 from cdp_ident.errors import BagError
+from cdp_ident.files import read_regular
 from cdp_ident.outside_text import shown
-from cdp_ident.regular_file import read_regular
 
 Line = tuple[int, str]
 """Number of a line, counted from 1, and its text."""
@@ -46,6 +49,21 @@ _OTHERS = {
     b"PK\x03\x04": "a spreadsheet or an archive: save the sheet as CSV",
 }
 """What files that are no tables begin with, and what to do with them."""
+
+
+_DELIMITERS = {"\t": "tabs", ";": "semicolons", ",": "commas", " ": "blanks", "|": "bars"}
+"""What may part columns, and what it is called."""
+_MISSING = {"", "na", "n/a", "nan", "null", "none", "-", "--", "?"}
+_NUMERIC = 0.5
+"""Share of a column's cells that are numbers where the column is one of numbers."""
+_EMPTY = 0.1
+"""A column with a smaller share of cells that hold anything is empty: before numbers, no row has one."""
+_WITH_UNIT = re.compile(r"(.*\d\.?)\s*([^\W\d]+|°)")
+_DATE = re.compile(
+    r"(?:(\d{4})-(\d\d)-(\d\d)[T ]|\d+([./])\d+\4\d+ |(\d+) days? )?(?:(\d\d?):)?(\d\d?):(\d\d(?:[.,:]\d+)?)\s*([AP]M)?"
+    r"(?:Z|([+-]\d\d):?(\d\d))?",
+    re.IGNORECASE,
+)
 
 
 @dataclass(frozen=True)
@@ -118,18 +136,18 @@ def read_table(path: Path, delimiter: str | None = None, decimal: str | None = N
     rows = ((number, line) for number, line in _lines(path, text) if line[0] not in _COMMENTS)
     looked_at = list(itertools.islice(rows, _LOOKED_AT))
     looked_at = looked_at[: max(2, _LETTERS // max(1, max((len(line) for _, line in looked_at), default=1)))]
-    form = Format.of([line for _, line in looked_at], delimiter, decimal)
+    form = _Format.of([line for _, line in looked_at], delimiter, decimal)
     if form is None:
         raise _no_numbers_in(path, looked_at)
     before, units = list[Line](), list[str]()
     values, no_numbers, stray, first = array("d"), dict[int, tuple[int, str]](), list[Line](), 0
     for number, line in _lines(path, text):
         is_comment = line[0] in _COMMENTS
-        cells = [] if is_comment else form.cells(line)
+        cells = [] if is_comment else _cells_of(line, form.delimiter)
         row, others = form.row(cells)
         if (first or len(cells) == form.width) and not is_comment and (not others or form.is_data(others, not first)):
             if not first:
-                first, units = number, [unit_behind(cell) for cell in cells]
+                first, units = number, [_unit_behind(cell) for cell in cells]
             values.extend(row)
             for place, cell in others.items():
                 if cell:
@@ -149,7 +167,7 @@ def read_table(path: Path, delimiter: str | None = None, decimal: str | None = N
         titles = tuple(map(Title.of, ("", *keys)))
     named = "joints by their names" if any(title.text for title in titles) else "no titles"
     written = (
-        f"{len(table)} rows of {form.width} columns parted by {DELIMITERS.get(form.delimiter, repr(form.delimiter))}, "
+        f"{len(table)} rows of {form.width} columns parted by {_DELIMITERS.get(form.delimiter, repr(form.delimiter))}, "
         f"decimal {'commas' if form.decimal == ',' else 'points'}, "
         f"{f'titles in line {where}' if where else named}"
     )
@@ -200,12 +218,8 @@ def _no_numbers_in(path: Path, rows: Sequence[Line]) -> BagError:
 def _titles(before: Sequence[Line], delimiter: str, units: list[str]) -> tuple[tuple[Title, ...], int]:
     """Return the titles that stand before the numbers, nearest to them, and in which line; without words if in none.
 
-    Titles that stand there twice, as x and y of several points, belong to what stands above them.
-
-    Args:
-        before: the lines before the numbers.
-        delimiter: between columns.
-        units: what stands behind the numbers of each column.
+    Titles that stand there twice, as x and y of several points, belong to what stands above them. `units` stand behind
+    the numbers of each column.
     """
     width = len(units)
     for place, (number, line) in reversed([*enumerate(before)]):
@@ -227,11 +241,11 @@ def _titles(before: Sequence[Line], delimiter: str, units: list[str]) -> tuple[t
 def _title_cells(line: str, delimiter: str, width: int) -> list[str] | None:
     """Return as many titles as there are columns, whichever sign parts them; None if the line holds no titles."""
     line = re.sub("^.* -> ", delimiter, re.sub(rf"^[{_COMMENTS}]+\s*", "", line))
-    for sign in (delimiter, *DELIMITERS):
+    for sign in (delimiter, *_DELIMITERS):
         # A blank before a unit parts no columns.
-        cells = cells_of(re.sub(r"\s+(?=[\[(])", "", line) if sign == " " else line, sign)
+        cells = _cells_of(re.sub(r"\s+(?=[\[(])", "", line) if sign == " " else line, sign)
         cells = cells[:width] if len(cells) == width + 1 and not cells[-1] else cells
-        if len(cells) == width and any(cells) and all(number_of(cell, ".") is None for cell in cells):
+        if len(cells) == width and any(cells) and all(_number_of(cell, ".") is None for cell in cells):
             return cells
     return None
 
@@ -240,5 +254,122 @@ def _keys(text: str) -> list[str]:
     """Return what each number is called in rows as `t=0.1 a=2.5` or `{"t": 0.1, "a": 2.5}`; none for other rows."""
     line = text[:_LETTERS].rpartition("\n")[0].rstrip().rpartition("\n")[2]
     cells = _KEY.sub(",", line).strip(" ,;}").split(",")
-    is_named = len(cells) > 1 and all(number_of(cell.strip(), ".") is not None for cell in cells)
+    is_named = len(cells) > 1 and all(_number_of(cell.strip(), ".") is not None for cell in cells)
     return _KEY.findall(line) if is_named else []
+
+
+@dataclass(frozen=True)
+class _Format:
+    """How the rows of a file are written."""
+
+    delimiter: str
+    decimal: str
+    width: int
+    """Number of columns."""
+    numeric: tuple[int, ...]
+    """The columns that hold numbers."""
+    empty: tuple[int, ...]
+    """Those with next to nothing."""
+
+    @classmethod
+    def of(cls, rows: Sequence[str], delimiter: str | None, decimal: str | None) -> "_Format | None":
+        """Find delimiter, decimal sign and number of columns with which most cells of some rows are numbers.
+
+        None where no cells are.
+        """
+        best, found = 0.0, None
+        for sign, point in itertools.product([delimiter] if delimiter else _DELIMITERS, [decimal] if decimal else ".,"):
+            cells = [_cells_of(line, sign) for line in rows]
+            cells = [row for row in cells if any(_number_of(cell, point) is not None for cell in row)]
+            widths = Counter(len(row) for row in cells)
+            width = max(widths, key=lambda w: (widths[w] * w, w), default=0)
+            of_width = [row for row in cells if len(row) == width]
+            flat = [(cell, _number_of(cell, point) is not None) for row in of_width for cell in row]
+            # Digits in words, as of decimal commas that are taken for signs between columns, speak against it.
+            score = sum(1.0 if known else -2.0 * any(map(str.isdigit, cell)) for cell, known in flat)
+            if width > 1 and (found is None or score > best):
+                best, found = score, (sign, point, width, of_width)
+        if found is None:
+            return None
+        sign, point, width, of_width = found
+        numeric, empty = [], []
+        for place, column in enumerate(zip(*of_width, strict=True)):
+            there = [_number_of(cell, point) is not None for cell in column if not _is_missing(cell)]
+            if sum(there) >= max(1.0, _NUMERIC * len(there)):
+                numeric.append(place)
+            elif len(there) < _EMPTY * len(column):
+                empty.append(place)
+        return cls(sign, point, width, tuple(numeric), tuple(empty))
+
+    def row(self, cells: Sequence[str]) -> tuple[list[float], dict[int, str]]:
+        """Return the numbers of a row (width,), NaN where there are none, and there the words, empty where missing."""
+        try:  # most rows are nothing but numbers
+            if self.decimal == "." and len(cells) == self.width:
+                return list(map(float, cells)), {}
+        except ValueError:
+            pass
+        whole = [*cells[: self.width], *[""] * (self.width - len(cells))]
+        numbers = [_number_of(cell, self.decimal) for cell in whole]
+        others = {place: cell for place, cell in enumerate(whole) if numbers[place] is None}
+        return (
+            [np.nan if number is None else number for number in numbers],
+            {place: "" if _is_missing(cell) else cell for place, cell in others.items()},
+        )
+
+    def is_data(self, others: Mapping[int, str], first: bool) -> bool:
+        """Return whether a line is a row of numbers, be a cell of it missing or, behind the `first` one, wrong.
+
+        `others` are its cells that are no numbers.
+        """
+        numbers = sum(place not in others for place in self.numeric)
+        wrong = any(others.get(place) for place in (*self.numeric, *(self.empty if first else ())))
+        return numbers > 0 and (not wrong or (not first and 2 * numbers >= len(self.numeric)))
+
+
+def _cells_of(line: str, delimiter: str) -> list[str]:
+    """Return the cells of a line, without quotes and blanks around them; a terminal's time stands before an arrow."""
+    line = line.replace(" -> ", delimiter)
+    if '"' in line:
+        with suppress(csv.Error):
+            return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))]
+    return line.split() if delimiter == " " else [cell.strip() for cell in line.split(delimiter)]
+
+
+def _number_of(cell: str, decimal: str) -> float | None:
+    """Return the number in a cell, with a unit or without, or the seconds of a date or time of day; None for none."""
+    number = cell.replace(",", ".") if decimal == "," else cell
+    try:
+        return float(number)
+    except ValueError:
+        if ":" in cell:
+            return _seconds(cell)
+    return _number_of(cell.removesuffix(unit).rstrip(), decimal) if (unit := _unit_behind(cell)) else None
+
+
+def _unit_behind(cell: str) -> str:
+    """Return the unit that stands behind the number in a cell; empty where there is none."""
+    match = _WITH_UNIT.fullmatch(cell)
+    return match[2] if match and is_unit(match[2]) else ""
+
+
+def _seconds(cell: str) -> float | None:
+    """Return a date with a time in seconds since 1970, or a time of day in those since midnight; None for neither."""
+    match = _DATE.fullmatch(cell)
+    if match is None:
+        return None
+    # Of other dates the day and the month may be exchanged: their time of day is taken.
+    year, month, day, _, days, hour, minute, second, half, zone_hours, zone_minutes = match.groups()
+    hours = int(hour or 0) % 12 + 12 * (half.upper() == "PM") if half else int(hour or 0)
+    of_day = 86400.0 * int(days or 0) + 3600.0 * hours + 60.0 * int(minute) + float(re.sub("[,:]", ".", second))
+    if year is None:
+        return of_day
+    try:
+        date = datetime(int(year), int(month), int(day), tzinfo=timezone.utc)
+    except ValueError:
+        return None
+    zone = timedelta(hours=int(zone_hours or 0), minutes=int(f"{(zone_hours or '+')[0]}{zone_minutes or 0}"))
+    return (date - zone).timestamp() + of_day
+
+
+def _is_missing(cell: str) -> bool:
+    return cell.casefold() in _MISSING or cell.startswith("#")

@@ -177,23 +177,17 @@ def seconds_and_nanoseconds(titles: Sequence[Title]) -> tuple[int, int] | None:
 def titles_of_echo(values: Array, words: Mapping[int, tuple[int, str]]) -> tuple[Title, ...]:
     """Return the titles of what `ros2 topic echo --csv` writes of joint states, and none of another table.
 
-    Args:
-        values: rows of it (n, columns).
-        words: the first cell, with its line, of columns of words.
-
     Its columns are the stamp's seconds and nanoseconds, the frame, and the joints' names, positions, and maybe
-    velocities and efforts.
+    velocities and efforts. `values` are rows (n, columns), `words` the line and text of columns' first words.
     """
-    names = [words[place][1] for place in sorted(words) if place >= _ECHO]
-    more, rest = divmod(values.shape[1] - _ECHO, len(names) or 1)
-    whole = (
-        values.shape[1] > _ECHO
-        and np.all((values[:, :2] >= 0) & (values[:, :2] % 1 == 0))
-        and np.all(values[:, 1] < 1e9)
-    )
-    if not whole or rest or not 2 <= more <= 4 or any(place not in words for place in range(_ECHO, _ECHO + len(names))):
+    places = [place for place in sorted(words) if place >= _ECHO]
+    names = [words[place][1] for place in places]
+    stamped = np.all((values[:, :2] >= 0) & (values[:, :2] % 1 == 0)) and np.all(values[:, 1] < 1e9)
+    if not names or not stamped or places != list(range(_ECHO, _ECHO + len(names))):
         return ()
-    kinds = ("{} name", "{}", "{} velocity", "{} effort")[:more]
-    return tuple(
-        Title.of(text) for text in ("sec", "nanosec", "frame_id", *(kind.format(n) for kind in kinds for n in names))
-    )
+    kinds, rest = divmod(values.shape[1] - _ECHO, len(names))
+    if rest or not 2 <= kinds <= 4:
+        return ()
+    of_kinds = ("{} name", "{}", "{} velocity", "{} effort")[:kinds]
+    joints = (kind.format(name) for kind in of_kinds for name in names)
+    return tuple(map(Title.of, ("sec", "nanosec", "frame_id", *joints)))

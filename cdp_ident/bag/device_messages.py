@@ -1,76 +1,91 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""What a bag holds of the device beside its samples: its own time of each, and how fast its clock runs."""
+"""What drivers say of their devices, in bytes on the wire (CDR) and without ROS: TimeReference, DiagnosticArray."""
 
+import math
 import struct
-from array import array
-from dataclasses import dataclass, field, replace
-from typing import ClassVar
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
-import numpy as np
+from cdp_ident.bag.joint_state import LITTLE_ENDIAN, NANOSECONDS, cdr_text, typestore
 
-from cdp_ident.arrays import Mask, Times
-from cdp_ident.bag import diagnostics, time_reference
-from cdp_ident.bag.diagnostics import ClockRate, read_statuses
-from cdp_ident.bag.joint_recording import JointRecording
-from cdp_ident.bag.limits import plain_message
-from cdp_ident.bag.time_reference import parse_time_reference
+TIME_REFERENCE = "sensor_msgs/msg/TimeReference"
+DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
+CLOCK_RATE, CLOCK_RATE_STD = "clock rate [ppm]", "clock rate std [ppm]"
+"""Keys of the rate of a device's clock (by how much it is fast) and of its standard deviation."""
 
-_LEAST_SHARE = 0.9
-"""A device's time that fewer of the samples have is not used."""
+_TIME_REFERENCE = struct.Struct("<4siI8siI")
+_NO_FRAME = cdr_text("")
 
 
-@dataclass
-class _Topic:
-    """The time references of one topic."""
-
-    source: str = ""
-    stamps: "array[int]" = field(default_factory=lambda: array("q"))
-    times: "array[int]" = field(default_factory=lambda: array("q"))
-
-    def at(self, stamps: Times) -> tuple[Times, Mask]:
-        """Return the device's times of samples with these stamps (n,), and which of them are known."""
-        known, first = np.unique(np.array(self.stamps, dtype=np.int64), return_index=True)
-        place = np.minimum(np.searchsorted(known, stamps), len(known) - 1)
-        return np.array(self.times, dtype=np.int64)[first][place], known[place] == stamps
+def serialize_time_reference(stamp_ns: int, device_ns: int, source: str) -> bytes:
+    """Return the CDR bytes of a TimeReference of stamp and device's time [ns]."""
+    stamp, device = divmod(stamp_ns, NANOSECONDS), divmod(device_ns, NANOSECONDS)
+    return _TIME_REFERENCE.pack(LITTLE_ENDIAN, *stamp, _NO_FRAME, *device) + cdr_text(source)
 
 
-class DeviceMessages:
-    """Collects a bag's time references and statuses."""
+def parse_time_reference(raw: bytes) -> tuple[int, int, str]:
+    """Return stamp [ns], device's time [ns] and source in the CDR bytes of a TimeReference.
 
-    TYPES: ClassVar = (time_reference.MESSAGE_TYPE, diagnostics.MESSAGE_TYPE)
+    Raises ValueError or struct.error where the bytes are none.
+    """
+    if raw[:2] not in (b"\0\0", b"\0\1"):
+        raise ValueError("not plain CDR")
+    order = "<" if raw[1] else ">"
+    seconds, nanoseconds, frame = struct.unpack_from(f"{order}iII", raw, 4)
+    # Four-byte numbers are aligned from the end of the encapsulation header, which has four bytes itself.
+    at = 16 + frame + -frame % 4
+    device_seconds, device_nanoseconds, length = struct.unpack_from(f"{order}iII", raw, at)
+    source = raw[at + 12 : at + 12 + length]
+    if len(source) != length or max(nanoseconds, device_nanoseconds) >= NANOSECONDS:
+        raise ValueError("not a time reference")
+    stamp, device = seconds * NANOSECONDS + nanoseconds, device_seconds * NANOSECONDS + device_nanoseconds
+    return stamp, device, source.removesuffix(b"\0").decode(errors="replace")
 
-    def __init__(self) -> None:
-        self._topics: dict[str, _Topic] = {}
-        self._rates: dict[str, ClockRate] = {}
 
-    def add(self, topic: str, message_type: str, raw: bytes) -> None:
-        """Add a message of one of TYPES; one that is not well-formed is passed over."""
+class ClockRate(NamedTuple):
+    """How fast a device's clock runs against ROS time."""
+
+    fast: float
+    """By how much it is fast, relative: 1e-6 is one microsecond in a second."""
+    std: float
+    """Standard deviation of that."""
+
+    def __str__(self) -> str:
+        return f"{1e6 * self.fast:.3g} ± {1e6 * self.std:.2g} ppm"
+
+
+@dataclass(frozen=True)
+class DeviceStatus:
+    """One status of a DiagnosticArray."""
+
+    name: str
+    """Who says it."""
+    hardware_id: str
+    """Of which device."""
+    message: str
+    values: Mapping[str, str]
+
+    @property
+    def clock_rate(self) -> ClockRate | None:
+        """How fast the device's clock runs, where the driver reported it."""
         try:
-            raw = plain_message(raw)
-            if message_type == time_reference.MESSAGE_TYPE:
-                stamp, device, source = parse_time_reference(raw)
-                references = self._topics.setdefault(topic, _Topic())
-                references.source = source
-                references.stamps.append(stamp)
-                references.times.append(device)
-                return
-        except (ValueError, struct.error):
-            return
-        self._rates |= {status.hardware_id: rate for status in read_statuses(raw) if (rate := status.clock_rate)}
+            fast, std = (float(self.values[key]) * 1e-6 for key in (CLOCK_RATE, CLOCK_RATE_STD))
+        except (KeyError, ValueError):
+            return None
+        return ClockRate(fast, std) if abs(fast) < 0.5 and 0.0 <= std < math.inf else None
 
-    def added_to(self, recording: JointRecording) -> JointRecording:
-        """Return a recording with the device's time of its samples, by whichever topic has nine in ten of their stamps.
 
-        The few samples that lack it are dropped, and counted in a note.
-        """
-        for references in self._topics.values() if len(recording.stamps) else ():
-            times, known = references.at(recording.stamps)
-            if np.mean(known) >= _LEAST_SHARE:
-                lacking = np.count_nonzero(~known)
-                notes = [f"{lacking} samples without the device's own time are dropped"] if lacking else []
-                rate = self._rates.get(references.source)
-                return replace(
-                    recording[known], notes=(*recording.notes, *notes), device=times[known], device_rate=rate
-                )
-        return recording
+def read_statuses(raw: bytes) -> list[DeviceStatus]:
+    """Return what is said in the bytes of a DiagnosticArray; nothing where they are none."""
+    try:
+        message: Any = typestore().deserialize_cdr(raw, DIAGNOSTICS)
+    except Exception:  # noqa: BLE001  a foreign message: rosbags raises whatever its bytes lead to
+        return []
+    return [
+        DeviceStatus(
+            status.name, status.hardware_id, status.message, {value.key: value.value for value in status.values}
+        )
+        for status in message.status
+    ]

@@ -24,8 +24,7 @@ def bags_below(folders: Sequence[Path]) -> list[Path]:
     A folder with `metadata.yaml` is a bag, one without it whose only recording is one file is too; of several files
     without metadata each is a bag. Links to folders are not followed below those that are given.
 
-    Raises:
-        BagError: a folder is not there or cannot be read, or there is no bag in it.
+    Raises BagError where a folder is not there or cannot be read, or there is no bag in it.
     """
     found: dict[Path, Path] = {}
     for folder in folders:
@@ -56,11 +55,7 @@ class WatchedFolder:
     """Tells which bags of a folder are complete and not taken yet."""
 
     def __init__(self, folder: Path) -> None:
-        """Watch a folder; one that is not there yet is waited for.
-
-        Raises:
-            OptionError: there is something else of that name, or it cannot be read.
-        """
+        """Watch a folder; one that is not there yet is waited for. Raises OptionError where it is none to be read."""
         if folder.exists() and not (folder.is_dir() and os.access(folder, os.R_OK | os.X_OK)):
             raise OptionError(f"{folder} is no folder that can be read: --watch takes the one that is recorded into")
         self.folder = folder

@@ -1,19 +1,21 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""The joint positions of a bag as arrays, collected message by message."""
+"""The joint positions of a bag as arrays, and the device's own times of them, collected message by message."""
 
 from __future__ import annotations
 
 import struct
 from array import array
 from collections import Counter
-from dataclasses import dataclass, field
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 
-from cdp_ident.arrays import Array, Rows, Times
-from cdp_ident.bag.diagnostics import ClockRate
+from cdp_ident.arrays import Array, Mask, Rows, Times
+from cdp_ident.bag.device_messages import DIAGNOSTICS, TIME_REFERENCE, ClockRate, parse_time_reference, read_statuses
 from cdp_ident.bag.joint_state import HEAD_OFFSET, NANOSECONDS, STAMP_OFFSET, Layout, parse_layout
 from cdp_ident.bag.limits import plain_message
 from cdp_ident.errors import BagError
@@ -30,6 +32,8 @@ _MOST_VALUES = 1 << 25
 _MOST_REASONS, _REASONS_SHOWN = 100, 3
 _MOST_LAYOUTS = 1 << 14
 """Ways in which messages begin; writers have one or a few."""
+_LEAST_SHARE = 0.9
+"""A device's time that fewer of the samples have is not used."""
 
 
 @dataclass(frozen=True)
@@ -169,3 +173,58 @@ class JointStates:
         if self.dropped:
             notes = [*notes, f"of {topic} {self.dropped}"]
         return JointRecording(name, topic, joints, stamps, positions, tuple(notes), efforts=efforts, receipts=receipts)
+
+
+@dataclass
+class _TimeReferences:
+    """The time references of one topic."""
+
+    source: str = ""
+    stamps: array[int] = field(default_factory=lambda: array("q"))
+    times: array[int] = field(default_factory=lambda: array("q"))
+
+    def at(self, stamps: Times) -> tuple[Times, Mask]:
+        """Return the device's times of samples with these stamps (n,), and which of them are known."""
+        known, first = np.unique(np.array(self.stamps, dtype=np.int64), return_index=True)
+        place = np.minimum(np.searchsorted(known, stamps), len(known) - 1)
+        return np.array(self.times, dtype=np.int64)[first][place], known[place] == stamps
+
+
+class DeviceMessages:
+    """Collects a bag's time references and statuses."""
+
+    TYPES: ClassVar = (TIME_REFERENCE, DIAGNOSTICS)
+
+    def __init__(self) -> None:
+        self._topics: dict[str, _TimeReferences] = {}
+        self._rates: dict[str, ClockRate] = {}
+
+    def add(self, topic: str, message_type: str, raw: bytes) -> None:
+        """Add a message of one of TYPES; one that is not well-formed is passed over."""
+        with suppress(ValueError, struct.error):
+            raw = plain_message(raw)
+            if message_type == DIAGNOSTICS:
+                statuses = read_statuses(raw)
+                self._rates |= {status.hardware_id: rate for status in statuses if (rate := status.clock_rate)}
+                return
+            stamp, device, source = parse_time_reference(raw)
+            references = self._topics.setdefault(topic, _TimeReferences())
+            references.source = source
+            references.stamps.append(stamp)
+            references.times.append(device)
+
+    def added_to(self, recording: JointRecording) -> JointRecording:
+        """Return a recording with the device's time of its samples, by whichever topic has nine in ten of their stamps.
+
+        The few samples that lack it are dropped, and counted in a note.
+        """
+        for references in self._topics.values() if len(recording.stamps) else ():
+            times, known = references.at(recording.stamps)
+            if np.mean(known) >= _LEAST_SHARE:
+                lacking = np.count_nonzero(~known)
+                notes = [f"{lacking} samples without the device's own time are dropped"] if lacking else []
+                rate = self._rates.get(references.source)
+                return replace(
+                    recording[known], notes=(*recording.notes, *notes), device=times[known], device_rate=rate
+                )
+        return recording

@@ -5,8 +5,7 @@
 import os
 import struct
 import zlib
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator
 from io import BytesIO
 from pathlib import Path
 from typing import IO
@@ -19,7 +18,7 @@ from mcap.writer import MCAP0_MAGIC
 
 from cdp_ident.bag.limits import LARGEST_CHUNK, LARGEST_SCHEMA, MOST_TOPICS, Budget, decompressed
 from cdp_ident.errors import BagError
-from cdp_ident.regular_file import open_regular
+from cdp_ident.files import open_regular
 
 _RECORD_HEAD = struct.Struct("<BQ")
 _MESSAGE_HEAD = struct.Struct("<HIQQ")
@@ -30,19 +29,14 @@ _CHUNK_HEAD = 64
 _HOLDING_MESSAGES = (Opcode.CHUNK, Opcode.MESSAGE, Opcode.SCHEMA, Opcode.CHANNEL)
 # What the record parsers of mcap raise on bytes that are not what they should be.
 _GARBLED = (McapError, struct.error, ValueError, OverflowError, MemoryError, RuntimeError)
+_DAMAGED = "chunk(s) that are damaged, or claim too much, are left out"
+_ORPHANED = "messages without a known topic are left out"
+_LOOSE = "messages beside the chunks, without a checksum, are left out"
+_NO_SCHEMA = Schema(id=0, name="", encoding="", data=b"")
 
-
-@dataclass(frozen=True)
-class Topic:
-    """One channel of an MCAP file."""
-
-    name: str
-    message_type: str
-    serialization: str
-    schema: tuple[str, bytes]
-    """Encoding and text of the message's definition."""
-    described: Mapping[str, str]
-    """What rosbag2 says of it: `offered_qos_profiles` and `topic_type_hash`."""
+Topic = tuple[Channel, Schema]
+Message = tuple[Channel, Schema, int, bytes]
+"""With its time of receipt [ns since the epoch], and serialised."""
 
 
 class McapScan:
@@ -58,38 +52,34 @@ class McapScan:
     def __init__(self, path: Path, budget: Budget) -> None:
         """`budget` is what reading it may cost."""
         self.path = path
-        self.topics: dict[int, Topic] = {}
-        """Of the data, by the number of the channel."""
-        self.size = 0
-        """Bytes of the file."""
-        self.lost_bytes = 0
-        """Bytes at the end of the file that are not readable."""
-        self.damaged_chunks = 0
-        """Chunks that are there but contradict their CRC or their format."""
-        self.orphaned_messages = 0
-        """Messages whose topic is not known, because its declaration stood in a damaged chunk."""
-        self.loose_messages = 0
-        """Messages that stand beside chunks."""
         self._budget = budget
+        self._size = 0
+        """Bytes of the file."""
+        self._lost_bytes = 0
+        """Those at its end that are not readable."""
+        self._left_out = dict.fromkeys((_DAMAGED, _ORPHANED, _LOOSE), 0)
+        """How many of each kind."""
+        self._topics: dict[int, Topic] = {}
+        """Of the data, by the number of the channel."""
+        self._repeated: dict[int, Topic] = {}
+        """By the summary."""
         self._schemas: dict[int, Schema] = {}
         self._ended = False
         """Whether the pass is behind the data."""
         self._has_chunks = False
         self._checksums = 0
         """Chunks with a CRC less those without."""
-        self._repeated: dict[int, Topic] = {}
-        """Topics by the summary."""
 
-    def messages(self) -> Iterator[tuple[Topic, int, bytes]]:
-        """Yield topic, time of receipt [ns since the epoch] and serialised bytes of every readable message.
+    def messages(self) -> Iterator[Message]:
+        """Yield every readable message.
 
         Raises BagError where the file cannot be opened or is not an MCAP file.
         """
         try:
             with open_regular(self.path) as stream:
-                self.size = os.fstat(stream.fileno()).st_size
+                self._size = os.fstat(stream.fileno()).st_size
                 if stream.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
-                    what = "is empty" if self.size == 0 else "is not an MCAP file"
+                    what = "is empty" if self._size == 0 else "is not an MCAP file"
                     raise BagError(f"{self.path} {what}: expected a rosbag2 recording")
                 # A finished file repeats its topics behind the data: they are then known whatever chunk is damaged.
                 for opcode, record in self._records(stream, (Opcode.SCHEMA, Opcode.CHANNEL)):
@@ -100,12 +90,9 @@ class McapScan:
                     if opcode == Opcode.CHUNK:
                         yield from self._chunk(record)
                     elif opcode == Opcode.MESSAGE and self._has_chunks:
-                        self.loose_messages += 1
-                    elif opcode == Opcode.MESSAGE:
-                        if message := self._message(record):
-                            yield message
-                    elif not self._ended:
-                        self._declare(opcode, record, self.topics)
+                        self._left_out[_LOOSE] += 1
+                    elif opcode == Opcode.MESSAGE or not self._ended:
+                        yield from self._read(opcode, record)
         except OSError as error:
             raise BagError(f"{self.path} cannot be read: {error.strerror or error}") from error
 
@@ -116,7 +103,7 @@ class McapScan:
         while len(head := stream.read(_RECORD_HEAD.size)) == _RECORD_HEAD.size:
             opcode, length = _RECORD_HEAD.unpack(head)
             # Opcode 0 is no record: a file system that was cut off from its power leaves zeros.
-            if opcode == 0 or length > self.size - end - _RECORD_HEAD.size:
+            if opcode == 0 or length > self._size - end - _RECORD_HEAD.size:
                 break
             end += _RECORD_HEAD.size + length
             self._ended = self._ended or opcode in (Opcode.DATA_END, Opcode.FOOTER)
@@ -128,14 +115,14 @@ class McapScan:
             elif opcode in wanted and length <= LARGEST_CHUNK + _CHUNK_HEAD:
                 yield opcode, stream.read(length)
             elif opcode == Opcode.CHUNK:
-                self.damaged_chunks += Opcode.CHUNK in wanted
+                self._left_out[_DAMAGED] += Opcode.CHUNK in wanted
             if opcode == Opcode.FOOTER:
                 break
             stream.seek(end)
         # Behind the data there is only the index, which this pass does without.
-        self.lost_bytes = 0 if self._ended else self.size - end
+        self._lost_bytes = 0 if self._ended else self._size - end
 
-    def _chunk(self, record: bytes) -> Iterator[tuple[Topic, int, bytes]]:
+    def _chunk(self, record: bytes) -> Iterator[Message]:
         try:
             chunk = Chunk.read(ReadDataStream(BytesIO(record)))
             if chunk.uncompressed_crc == 0 and self._checksums >= 0:
@@ -143,15 +130,25 @@ class McapScan:
             data = _uncompressed(chunk, self._budget)
             count = sum(1 for _ in _records_in(data))
         except _GARBLED:
-            self.damaged_chunks += 1
+            self._left_out[_DAMAGED] += 1
             return
         self._budget.spend(records=count)
         for opcode, start, end in _records_in(data):
-            if opcode == Opcode.MESSAGE:
-                if message := self._message(data[start:end]):
-                    yield message
-            elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
-                self._declare(opcode, data[start:end], self.topics)
+            yield from self._read(opcode, data[start:end])
+
+    def _read(self, opcode: int, record: bytes) -> Iterator[Message]:
+        """Take a declaration, or yield a message; count it where its topic is not known."""
+        if opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+            self._declare(opcode, record, self._topics)
+        elif opcode == Opcode.MESSAGE:
+            if len(record) >= _MESSAGE_HEAD.size:
+                number, _, log_time, _ = _MESSAGE_HEAD.unpack_from(record)
+                # The declaration of one that only the summary knows stood in a chunk that is damaged.
+                topic = self._topics.get(number) or self._repeated.get(number)
+                if topic and log_time < 2**63:
+                    yield *topic, log_time, record[_MESSAGE_HEAD.size :]
+                    return
+            self._left_out[_ORPHANED] += 1
 
     def _declare(self, opcode: int, record: bytes, topics: dict[int, Topic]) -> None:
         if len(record) > LARGEST_SCHEMA:
@@ -161,40 +158,26 @@ class McapScan:
                 schema = Schema.read(ReadDataStream(BytesIO(record)))
                 if schema.id in self._schemas or len(self._schemas) < MOST_TOPICS:
                     self._schemas[schema.id] = schema
-            elif opcode == Opcode.CHANNEL:
+            else:
                 channel = Channel.read(ReadDataStream(BytesIO(record)))
-                schema = self._schemas.get(channel.schema_id, Schema(id=0, name="", encoding="", data=b""))
-                definition, encoding = (schema.encoding, schema.data), channel.message_encoding
                 if channel.id in topics or len(topics) < MOST_TOPICS:
-                    topics[channel.id] = Topic(channel.topic, schema.name, encoding, definition, channel.metadata)
+                    topics[channel.id] = channel, self._schemas.get(channel.schema_id, _NO_SCHEMA)
         except _GARBLED:
             return  # its messages are then counted as orphaned
 
-    def _message(self, record: bytes) -> tuple[Topic, int, bytes] | None:
-        """Return what `messages` yields; None, and count it, where the topic is not known."""
-        if len(record) >= _MESSAGE_HEAD.size:
-            channel, _, log_time, _ = _MESSAGE_HEAD.unpack_from(record)
-            if channel not in self.topics and channel in self._repeated:
-                # Its declaration stood in a chunk that is damaged.
-                self.topics[channel] = self._repeated[channel]
-            if channel in self.topics and log_time < 2**63:
-                return self.topics[channel], log_time, record[_MESSAGE_HEAD.size :]
-        self.orphaned_messages += 1
-        return None
-
     def types(self) -> dict[str, str]:
         """Return the message type of each topic of the pass, now at its end."""
-        return {topic.name: topic.message_type for topic in (*self._repeated.values(), *self.topics.values())}
+        return {channel.topic: schema.name for channel, schema in (*self._repeated.values(), *self._topics.values())}
+
+    @property
+    def lacks_more_than_its_end(self) -> bool:
+        """Whether the pass, now at its end, has left out something."""
+        return any(self._left_out.values())
 
     def damage(self) -> str:
         """Return in words what the pass, now at its end, could not read; empty if nothing."""
-        found = (
-            (self.lost_bytes, "bytes at the end are not readable (its recorder was killed?)"),
-            (self.damaged_chunks, "chunk(s) that are damaged, or claim too much, are left out"),
-            (self.orphaned_messages, "messages without a known topic are left out"),
-            (self.loose_messages, "messages beside the chunks, without a checksum, are left out"),
-        )
-        words = [f"{count} {what}" for count, what in found if count]
+        lost = {"bytes at the end are not readable (its recorder was killed?)": self._lost_bytes}
+        words = [f"{count} {what}" for what, count in (lost | self._left_out).items() if count]
         return ", ".join(words or ["it has no end (its recorder was killed?)"] * (not self._ended))
 
 

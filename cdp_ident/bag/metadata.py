@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`metadata.yaml` of a rosbag2 folder, in the version that ROS 2 Jazzy writes, and what a recorder wrote into it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,6 @@ from cdp_ident.outside_text import shown
 from cdp_ident.yaml_file import read_yaml
 
 METADATA_FILE = "metadata.yaml"
-METADATA_VERSION = 9
 INFORMATION = "rosbag2_bagfile_information"
 """The one key at the top of the file."""
 ROS_DISTRO = "jazzy"
@@ -40,17 +39,6 @@ OFFERED_QOS_PROFILES: Sequence[QosProfile] = [
     }
 ]
 """What `ros2 bag play` shall offer where nothing else is known: ROS's default profile, for every subscription."""
-
-
-@dataclass
-class TopicCount:
-    """One topic of a bag and how many messages of it there are."""
-
-    name: str
-    message_type: str
-    type_hash: str
-    offered: Sequence[QosProfile]
-    message_count: int = 0
 
 
 class _Dumper(yaml.SafeDumper):
@@ -90,44 +78,6 @@ def read_information(bag: Path) -> tuple[dict[str, Any], str]:
         return {}, f"{METADATA_FILE} cannot be read, so what it says of the trial is not known: {error}"
     information = content.get(INFORMATION) if isinstance(content, dict) else None
     return (information if isinstance(information, dict) else {}), ""
-
-
-def bag_information(
-    file_name: str, topics: list[TopicCount], start_ns: int, end_ns: int, custom_data: Mapping[str, str]
-) -> dict[str, Any]:
-    """Return what `metadata.yaml` holds under `INFORMATION`, for a bag of one MCAP file.
-
-    `start_ns` and `end_ns` are the times of the first and last message [ns since the epoch]; both 0 if there are none.
-    """
-    start = {"nanoseconds_since_epoch": start_ns}
-    duration = {"nanoseconds": end_ns - start_ns}
-    count = sum(topic.message_count for topic in topics)
-    return {
-        "version": METADATA_VERSION,
-        "storage_identifier": "mcap",
-        "duration": duration,
-        "starting_time": start,
-        "message_count": count,
-        "topics_with_message_count": [
-            {
-                "topic_metadata": {
-                    "name": topic.name,
-                    "type": topic.message_type,
-                    "serialization_format": "cdr",
-                    "offered_qos_profiles": list(topic.offered),
-                    "type_description_hash": topic.type_hash,
-                },
-                "message_count": topic.message_count,
-            }
-            for topic in topics
-        ],
-        "compression_format": "",
-        "compression_mode": "",
-        "relative_file_paths": [file_name],
-        "files": [{"path": file_name, "starting_time": start, "duration": duration, "message_count": count}],
-        "custom_data": dict(custom_data) or None,
-        "ros_distro": ROS_DISTRO,
-    }
 
 
 @dataclass(frozen=True)

@@ -15,16 +15,15 @@ from typing import Any
 
 import zstandard
 
-from cdp_ident.bag.device_messages import DeviceMessages
-from cdp_ident.bag.joint_recording import JointRecording, JointStates
+from cdp_ident.bag.joint_recording import DeviceMessages, JointRecording, JointStates
 from cdp_ident.bag.joint_state import MESSAGE_TYPE
 from cdp_ident.bag.limits import LARGEST_WINDOW, Budget
 from cdp_ident.bag.mcap_scan import McapScan
 from cdp_ident.bag.metadata import METADATA_FILE, read_information
 from cdp_ident.bag.sqlite_scan import sqlite_messages, sqlite_topics
 from cdp_ident.errors import BagError
+from cdp_ident.files import open_regular
 from cdp_ident.outside_text import shown
-from cdp_ident.regular_file import open_regular
 
 _MESSAGE_TYPES = (MESSAGE_TYPE, "sensor_msgs/JointState")
 _SQLITE_MAGIC = b"SQLite format 3\0"
@@ -204,8 +203,8 @@ class _Contents:
                         self._take(name, message_type, receipt, data)
             return []
         scan = McapScan(file, self.budget)
-        for channel, receipt, data in scan.messages():
-            self._take(channel.name, channel.message_type, receipt, data, channel.serialization)
+        for channel, schema, receipt, data in scan.messages():
+            self._take(channel.topic, schema.name, receipt, data, channel.message_encoding)
         self.types.update(scan.types())
         return [f"{called.name}: {damage}"] if (damage := scan.damage()) else []
 

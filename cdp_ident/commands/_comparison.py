@@ -17,8 +17,7 @@ def show_comparison(
 ) -> None:
     """Print tables and, where a folder is given, write page, text and figures into it.
 
-    Raises:
-        OptionError: the folder cannot be written, or has such files without `force`.
+    Raises OptionError where the folder cannot be written, or has such files without `force`.
     """
     console = wide_console()
     first, *others = tables

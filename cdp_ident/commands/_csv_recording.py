@@ -4,21 +4,36 @@
 
 import argparse
 from dataclasses import dataclass, replace
+from datetime import datetime, timezone
+from pathlib import Path
 
 import numpy as np
 
-from cdp_ident.arrays import Array
+from cdp_ident.arrays import Array, Indices
+from cdp_ident.bag import csv_titles
 from cdp_ident.bag.csv_file import Table
-from cdp_ident.bag.csv_titles import CART, INNER, OUTER, POINTS, TIME, may_be_angles, roles, time_before, torques
+from cdp_ident.bag.csv_titles import CART, FRAME, INNER, OUTER, POINTS, TIME
 from cdp_ident.bag.joint_recording import JointRecording
-from cdp_ident.commands._csv_arguments import ANGLE_UNITS, LENGTH_UNITS, MEANINGS, TypedOptions, unit_in
-from cdp_ident.commands._csv_time import stamps_of, times
+from cdp_ident.bag.joint_state import NANOSECONDS
+from cdp_ident.commands.import_csv import ANGLE_UNITS, LENGTH_UNITS, MEANINGS, TIME_UNITS, TypedOptions, unit_in
 from cdp_ident.errors import BagError, OptionError
 from cdp_ident.trial.conventions import found_units, in_right_ranges
 from cdp_ident.trial.film import rods_on_film
 from cdp_ident.trial.joints import Samples, in_angles, select_joints
 from cdp_ident.trial.options import UNITS, TrialOptions, Unit
+from cdp_ident.trial.order import counted_on
 
+_ABSOLUTE = 1e9
+"""Times [s] from here on, which is 2001, are taken as seconds since 1970."""
+_LATEST = 2.0**31
+"""From here on they are counted from an earlier year, as LabVIEW does [s]: the recording's beginning is not known."""
+_DEFAULT_START = datetime(2000, 1, 1, tzinfo=timezone.utc)
+_TO_AND_FRO = 0.2
+"""Share of steps back in what is no time; one that steps back now and then was set so."""
+_LONGEST_STEP, _SHORTEST_STEP = 0.05, 2e-6
+"""Steps of a time [s] longer or shorter than these show no swing: the unit is another one."""
+_FIRST_OF_1970 = (719529.0, 25569.0)
+"""In the days of MATLAB and of spreadsheets."""
 _FEWEST_DEGREES, _MOST_RADIANS = 7.0, 20.0
 """Angles that state no unit are radians if they vary by less, and degrees by more if the motion does not tell."""
 _TELLS = 0.3
@@ -59,13 +74,12 @@ class _Rows:
 
 def recording_of(table: Table, options: argparse.Namespace) -> Recording:
     """Return what stands in a table, by its titles and by what the user says; raises CdpIdentError where that fails."""
-    known = roles(table.titles)
-    time, used, column = times(table, options, known)
-    columns, cart = [column], None
+    known = csv_titles.roles(table.titles)
+    time, used, said = _times(table, options, known)
+    columns, cart = [said], None
     if options.cart is not None or CART in known:
         place = known[CART] if options.cart is None else table.place(options.cart)
-        counts = {"counts": 1.0 / options.counts_per_metre} if options.counts_per_metre else {}
-        factors = LENGTH_UNITS | counts
+        factors = LENGTH_UNITS | ({"counts": 1.0 / options.counts_per_metre} if options.counts_per_metre else {})
         unit = unit_in(factors, options.cart_unit or table.titles[place].unit or "m", table.path, "cart")
         cart = factors[unit] * table.column(place)
         columns.append(f"cart from {table.name(place)} in {unit}")
@@ -91,7 +105,7 @@ def recording_of(table: Table, options: argparse.Namespace) -> Recording:
     names = (meaning.inner_joint, meaning.outer_joint, "cart_joint")
     if efforts is not None:
         efforts = np.pad(np.resize(efforts, (len(time), 2)), ((0, 0), (0, 1)))[wanted]
-    stamps = stamps_of(time[wanted], table.path, options)
+    stamps = _stamps_of(time[wanted], table.path, options)
     recording = JointRecording("", str(table.path), names, stamps, rows.numbers[wanted], (), efforts=efforts)
     samples, notes = select_joints(recording, meaning)
     samples = samples[np.arange(0, len(samples.stamps), options.every)]
@@ -129,9 +143,9 @@ def _from_angles(
     angles = np.column_stack([table.column(place) for place in places]) * factors
     numbers = np.column_stack([angles, np.full(len(angles), np.nan) if cart is None else cart])
     if TIME not in known and options.time is None and options.rate is None:
-        before = [time_before(table.titles, place) for place in places]
+        before = [csv_titles.time_before(table.titles, place) for place in places]
         given = [argparse.Namespace(**{**vars(options), "time": str(at)}) for at in before if at is not None]
-        own = [times(table, of_joint, {})[0] for of_joint in given]
+        own = [_times(table, of_joint, {})[0] for of_joint in given]
         if len(own) == len(places) and not np.array_equal(own[0], own[1], equal_nan=True):
             time = np.concatenate(own)
             numbers = np.concatenate([numbers * [1.0, np.nan, 1.0], numbers * [np.nan, 1.0, 1.0]])
@@ -172,7 +186,9 @@ def _from_points(
 
 def _next_place(table: Table, used: set[int]) -> int:
     """Return the first column that is not used and may be an angle."""
-    left = [place for place in may_be_angles(table.titles) if place not in used and place not in table.no_numbers]
+    left = [
+        place for place in csv_titles.may_be_angles(table.titles) if place not in used and place not in table.no_numbers
+    ]
     if not left:
         raise BagError(
             f"{table.path}: two angles of rods are needed besides the time, and its titles tell fewer, as those of one "
@@ -184,7 +200,7 @@ def _next_place(table: Table, used: set[int]) -> int:
 
 def _torques(table: Table, columns: list[str]) -> Array | None:
     """Return the torques of motors in both joints (n, 2) that titles tell, and say so; None where all are zero."""
-    for places in torques(table.titles):
+    for places in csv_titles.torques(table.titles):
         unknown = np.full(len(table.values), np.nan)
         values = np.column_stack([unknown if place is None else table.values[:, place] for place in places])
         if np.any(np.nan_to_num(values)):
@@ -238,3 +254,76 @@ def _with_units(samples: Samples, meaning: TrialOptions) -> tuple[TrialOptions, 
         )
     unit: Unit = "degrees" if size > _MOST_RADIANS else "radians"
     return replace(meaning, inner_unit=unit, outer_unit=unit), "not stated: by their size"
+
+
+def _times(table: Table, options: argparse.Namespace, known: dict[str, int]) -> tuple[Array, set[int], str]:
+    """Return the time of each row [s], the columns that it stands in, and what was taken for it.
+
+    `known` are the columns whose titles tell what they are. Raises CdpIdentError where there is no time.
+    """
+    count, width = table.values.shape
+    if options.rate is not None:
+        place = table.place(options.time) if options.time else known.get(FRAME)
+        if place is None:
+            return np.arange(count) / options.rate, set(), f"time from the rows, {options.rate:g} a second"
+        said = f"time from frame numbers in {table.name(place)}, {options.rate:g} a second"
+        return table.column(place) / options.rate, {place}, said
+    if options.time is None and (stamp := csv_titles.seconds_and_nanoseconds(table.titles)):
+        seconds, nanoseconds = (table.column(place) for place in stamp)
+        said = f"time from {table.name(stamp[0])} in s and {table.name(stamp[1])} in ns"
+        return seconds + 1e-9 * nanoseconds, set(stamp), said
+    if options.time is None and TIME not in known and (FRAME in known or width < 3):
+        raise OptionError(f"{table.path} has no times: give --rate, or the column of the times by --time")
+    place = table.place(options.time) if options.time else known.get(TIME, 0)
+    time, counter = counted_on(table.column(place))
+    rolls_over = f" ({counter}, counted on where it rolls over)" if counter else ""
+    steps = np.diff(time[np.isfinite(time)])
+    forth, back = np.count_nonzero(steps > 0), np.count_nonzero(steps < 0)
+    # Some logs begin with the newest row, some round their times so that several rows have the same.
+    if not forth + back or 0 < min(forth, back) > _TO_AND_FRO * (forth + back):
+        raise OptionError(
+            f"{table.path}: {table.name(place)} does not increase as times do: name their column by --time, or give "
+            "--rate if there is none"
+        )
+    unit, how = options.time_unit or table.titles[place].unit, ""
+    if not unit:
+        unit, how = _time_unit(table, steps, place)
+    unit_in(TIME_UNITS, unit, table.path, "time")
+    if unit == "d":
+        time = time - next((day for day in _FIRST_OF_1970 if np.nanmin(time) > day), 0.0)
+    return time * TIME_UNITS[unit], {place}, f"time from {table.name(place)} in {unit}{how}{rolls_over}"
+
+
+def _time_unit(table: Table, steps: Array, place: int) -> tuple[str, str]:
+    """Find the unit of a time that states none by its steps."""
+    # Of rounded times several are the same.
+    step = float(np.median(np.abs(steps[steps != 0.0])) * np.mean(steps != 0.0))
+    if step == 1 and np.all(steps == np.round(steps)):
+        raise OptionError(
+            f"{table.path}: {table.name(place)} counts 1, 2, 3: give --rate if these are frames, or --time-unit"
+        )
+    if 0.0 < step < _SHORTEST_STEP:
+        return "d", f" (not stated: steps of {step:.2g} s would be too short for a log)"
+    for unit, factor in TIME_UNITS.items():
+        if step * factor <= _LONGEST_STEP:
+            return unit, "" if unit == "s" else f" (not stated: steps of {step:.4g} s would be too long for a swing)"
+    return "s", ""
+
+
+def _stamps_of(time: Array, path: Path, options: argparse.Namespace) -> Indices:
+    """Return the stamp [ns since the epoch] of each of the file's times (n,) [s]."""
+    if options.start_stamp is not None:
+        origin, base = time[0], options.start_stamp
+    else:
+        origin = 0.0 if time[0] < _LATEST else time[0]
+        base = 0 if _ABSOLUTE <= time[0] < _LATEST else round(_DEFAULT_START.timestamp()) * NANOSECONDS
+    if not np.abs(time - origin).max() < 2**62 / NANOSECONDS:
+        raise BagError(f"{path}: its times reach {np.abs(time).max():.3g} s: check --time and --time-unit")
+    since = np.round((time - origin) * NANOSECONDS).astype(np.int64)
+    first, last = base + int(since.min()), base + int(since.max())
+    if first <= 0 or last >= 2**31 * NANOSECONDS:
+        raise OptionError(
+            f"samples would be stamped {first} to {last} ns since 1970: ROS's stamps reach from then to 2038; give "
+            "another --start-stamp"
+        )
+    return base + since

@@ -16,10 +16,7 @@ SCHEMA = "cdp_ident/linear_model/1"
 def linear_model_content(model: LinearModel, at: str, left_out: Sequence[Effect]) -> dict[str, Any]:
     """Return what the file of a linear model says.
 
-    Args:
-        model: the linear model.
-        at: name of its equilibrium.
-        left_out: effects of the fitted model that have no linear part.
+    `at` is the name of its equilibrium; `left_out` are effects of the fitted model that have no linear part.
     """
     return {
         "schema": SCHEMA,
@@ -45,12 +42,8 @@ def linear_model_content(model: LinearModel, at: str, left_out: Sequence[Effect]
     }
 
 
-def linear_model_text(model: LinearModel, at: str, left_out: Sequence[Effect]) -> str:
-    """Return a linear model as text for a terminal; the arguments are those of `linear_model_content`."""
-    return "\n".join(_lines(model, at, left_out))
-
-
-def _lines(model: LinearModel, at: str, left_out: Sequence[Effect]) -> Iterator[str]:
+def linear_model_lines(model: LinearModel, at: str, left_out: Sequence[Effect]) -> Iterator[str]:
+    """Yield a linear model as text for a terminal; the arguments are those of `linear_model_content`."""
     theta1, theta2 = model.theta
     yield f"{at}: deviations from theta1 = {theta1:.6g}, theta2 = {theta2:.6g} rad"
     for word, names in (("state", STATES), ("input", INPUTS), ("output", OUTPUTS)):

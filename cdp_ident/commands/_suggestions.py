@@ -13,19 +13,12 @@ from cdp_ident.design.starts import Grid
 from cdp_ident.errors import IdentificationError, OptionError, ReportError
 from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.parameters import GROUPS, INERTIA, INVERSE_INERTIA, SYMBOLS
-from cdp_ident.model.weights import RODS, Rod, Weight, refuse_misplaced, weight_of
+from cdp_ident.model.weights import RODS, Weight, refuse_misplaced, weight_of
 from cdp_ident.report.curves import read_curves
 from cdp_ident.report.document import Row, Table, print_table
 from cdp_ident.report.folder import CURVES, REPORT
 from cdp_ident.report.knowledge import knowledge_of, recorded_motion
-from cdp_ident.report.next_trial import (
-    ALL,
-    Question,
-    answers,
-    one_advice,
-    strength_of,
-    usual_questions,
-)
+from cdp_ident.report.next_trial import ALL, Question, answers, one_advice, strength_of, usual_questions
 from cdp_ident.report.report_file import read_report
 from cdp_ident.report.schema import Section
 from cdp_ident.user_input import refuse_unknown
@@ -35,7 +28,9 @@ _MASSES = ("m1", "m2", "m0")
 
 def print_suggestions(options: argparse.Namespace) -> None:
     """Print the starts to take. Raises CdpIdentError where there is no answer."""
-    grid = _grid(options.spacing, options.most_inner, options.most_outer)
+    if max(options.most_inner, options.most_outer) < options.spacing:
+        raise OptionError(f"no rod may be led as far as one step of {options.spacing:g}°: give a smaller --spacing")
+    grid = Grid.of(options.spacing, options.most_inner, options.most_outer)
     report = read_report(options.folder / REPORT)
     knowledge = knowledge_of(report)
     if knowledge is None:
@@ -43,7 +38,8 @@ def print_suggestions(options: argparse.Namespace) -> None:
     questions = _questions(report, knowledge, options.wanted, options.between)
     if options.weight_std and not options.weights:
         raise OptionError("--weight-std is given, but --weight is not: give both")
-    weights = [*_used(report), *((_weight(given, options.weight_std, report),) for given in options.weights)]
+    used = [tuple(Weight(**weight) for weight in trial["weights"]) for trial in report["trials"]]
+    weights = [*used, *((_weight(given, options.weight_std, report),) for given in options.weights)]
     curves = read_curves(options.folder / CURVES, len(report["trials"]), len(report["effects"]))
     console = Console()
     found = answers(knowledge, lambda known: recorded_motion(report, curves, known), questions, grid, weights)
@@ -64,11 +60,6 @@ def _deviations(advice: Section) -> Iterator[Row]:
         yield f"  {name}", now, then
 
 
-def _used(report: Section) -> list[tuple[Weight, ...]]:
-    """Return what the rods carried in the trials."""
-    return [tuple(Weight(**weight) for weight in trial["weights"]) for trial in report["trials"]]
-
-
 def _weight(given: str, given_std: str | None, report: Section) -> Weight:
     """Return the weight that --weight describes."""
     where, where_std = f"--weight {given}", f"--weight-std {given_std}"
@@ -79,11 +70,8 @@ def _weight(given: str, given_std: str | None, report: Section) -> Weight:
     if weight is None:
         raise OptionError(f"{where}: a mass of 0 is no weight; starts without one are tried in any case")
     physical = report["after"]["physical"]
-    lengths: dict[Rod, float] = {
-        "inner": physical["L"]["value"],
-        "outer": report["after"]["outer_rod_length_m"],
-    }
-    refuse_misplaced(weight, lengths[rod], sum(physical[mass]["value"] for mass in _MASSES), where)
+    length = physical["L"]["value"] if rod == "inner" else report["after"]["outer_rod_length_m"]
+    refuse_misplaced(weight, length, sum(physical[mass]["value"] for mass in _MASSES), where)
     return weight
 
 
@@ -93,12 +81,6 @@ def _numbers(text: str) -> list[float] | str:
         return [float(part) for part in text.split(",")]
     except ValueError:
         return text
-
-
-def _grid(spacing: float, most_inner: float, most_outer: float) -> Grid:
-    if max(most_inner, most_outer) < spacing:
-        raise OptionError(f"no rod may be led as far as one step of {spacing:g}°: give a smaller --spacing")
-    return Grid.of(spacing, most_inner, most_outer)
 
 
 def _questions(report: Section, knowledge: Knowledge, wanted: list[str], between: list[str] | None) -> list[Question]:

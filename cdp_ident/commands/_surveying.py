@@ -38,9 +38,14 @@ def conduct_survey(options: argparse.Namespace) -> None:
     console = wide_console()
     count = min(options.workers or core_count(), max(1, len(planned.left)))
     workers = cluster(options.scheduler) if options.scheduler else processes(count)
-    came = _conduct_alone(
-        options.out / PIECES, planned, workers, options.scheduler or f"{count} process{'' if count == 1 else 'es'}"
-    )
+    where = options.scheduler or f"{count} process{'' if count == 1 else 'es'}"
+    place = options.out / PIECES
+    place.mkdir(parents=True, exist_ok=True)
+    try:
+        with alone_in(place, wait=False):
+            came = _conduct(planned, workers, where)
+    except BlockingIOError as error:
+        raise OptionError(f"another survey writes into {place}: wait for it, or give another --out") from error
     everything = {**planned.done, **{piece.folder: piece for piece in came}}
     content = survey([everything[task.folder] for task in planned.tasks], options.by, settings, planned.left_out)
     print_chapter(console, chapter(content))
@@ -49,15 +54,6 @@ def conduct_survey(options: argparse.Namespace) -> None:
     without = sum(bool(piece.problem) for piece in everything.values())
     if without:
         raise FitFailedError(f"{without} of {len(planned.tasks)} pieces have no result; {options.out / PAGE} tells why")
-
-
-def _conduct_alone(place: Path, planned: Plan, workers: AbstractContextManager[Executor], where: str) -> list[Finished]:
-    place.mkdir(parents=True, exist_ok=True)
-    try:
-        with alone_in(place, wait=False):
-            return _conduct(planned, workers, where)
-    except BlockingIOError as error:
-        raise OptionError(f"another survey writes into {place}: wait for it, or give another --out") from error
 
 
 def _conduct(planned: Plan, workers: AbstractContextManager[Executor], where: str) -> list[Finished]:

@@ -15,7 +15,7 @@ also as compare.html and compare.md."""
 
 
 @entry_point
-def main(arguments: list[str]) -> int:
+def main(arguments: list[str]) -> None:
     """Compare the reports."""
     parser = ArgumentParser("compare", DESCRIPTION)
     parser.add_argument("folders", type=Path, nargs="+", metavar="DIR", help="folders that identify wrote into")
@@ -30,4 +30,3 @@ def main(arguments: list[str]) -> int:
         check_folder(options.out, options.force, (COMPARISON_PAGE, COMPARISON_TEXT))
     runs = read_runs(options.folders)
     show_comparison(", ".join(runs), compare(runs), [runs_compared(runs)], options.out, options.force)
-    return 0

@@ -23,7 +23,7 @@ identify."""
 
 
 @entry_point
-def main(arguments: list[str]) -> int:
+def main(arguments: list[str]) -> None:
     """Search by both, and compare."""
     parser = ArgumentParser("compare_searches", DESCRIPTION, EXAMPLE)
     parser.add_argument(
@@ -47,4 +47,3 @@ def main(arguments: list[str]) -> int:
     found = search_by_both(options.bag, given, options.seeds, partial(print, flush=True))
     heading = f"TGA and IGA on {', '.join(found.trials)}"
     show_comparison(heading, search_tables(found), list(search_figures(found)), options.out, options.force)
-    return 0

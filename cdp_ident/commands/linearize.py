@@ -25,30 +25,8 @@ docs/how_to/linear_model.md tells what the numbers mean; examples/lqr.py balance
 
 
 @entry_point
-def main(arguments: list[str]) -> int:
+def main(arguments: list[str]) -> None:
     """Print and write a linear model."""
-    options = _parser().parse_args(arguments)
-    if options.out is not None:
-        if options.out.is_dir():
-            raise OptionError(f"{options.out} is a folder: give --out the name of a file")
-        check_folder(options.out.parent, options.force, (options.out.name,))
-    with loading("linearize"):
-        from cdp_ident.commands._linear_model import linear_model_content, linear_model_text
-        from cdp_ident.configuration.fitted_model import read_fitted_model
-        from cdp_ident.model.linear import linearize, without_linear_part
-    fitted = read_fitted_model(options.fitted, "linearize")
-    effects = fitted.motion.acting(fitted.values, fitted.trial())
-    model = linearize(fitted.coefficients, EQUILIBRIA[options.at], effects)
-    left_out = without_linear_part(fitted.coefficients, EQUILIBRIA[options.at], effects)
-    print(linear_model_text(model, options.at, left_out))
-    if options.out is not None:
-        text = json_text(linear_model_content(model, options.at, left_out))
-        write_files(options.out.parent, {options.out.name: text}, force=options.force)
-        print(f"written to {shown(options.out)}")
-    return 0
-
-
-def _parser() -> ArgumentParser:
     parser = ArgumentParser("linearize", DESCRIPTION, EXAMPLE)
     parser.add_argument("fitted", type=Path, metavar="FITTED", help="fitted.yaml of identify, or a file like it")
     parser.add_argument(
@@ -59,4 +37,21 @@ def _parser() -> ArgumentParser:
     )
     parser.add_argument("--out", type=Path, metavar="FILE", help="JSON file to write")
     parser.add_argument("--force", action="store_true", help="replace a file that is there already")
-    return parser
+    options = parser.parse_args(arguments)
+    if options.out is not None:
+        if options.out.is_dir():
+            raise OptionError(f"{options.out} is a folder: give --out the name of a file")
+        check_folder(options.out.parent, options.force, (options.out.name,))
+    with loading("linearize"):
+        from cdp_ident.commands._linear_model import linear_model_content, linear_model_lines
+        from cdp_ident.configuration.fitted_model import read_fitted_model
+        from cdp_ident.model.linear import linearize, without_linear_part
+    fitted = read_fitted_model(options.fitted, "linearize")
+    effects = fitted.motion.acting(fitted.values, fitted.trial())
+    model = linearize(fitted.coefficients, EQUILIBRIA[options.at], effects)
+    left_out = without_linear_part(fitted.coefficients, EQUILIBRIA[options.at], effects)
+    print(*linear_model_lines(model, options.at, left_out), sep="\n")
+    if options.out is not None:
+        text = json_text(linear_model_content(model, options.at, left_out))
+        write_files(options.out.parent, {options.out.name: text}, force=options.force)
+        print(f"written to {shown(options.out)}")

@@ -15,7 +15,7 @@ Draw report.html and report.md of an identification anew, from the report.json a
 
 
 @entry_point
-def main(arguments: list[str]) -> int:
+def main(arguments: list[str]) -> None:
     """Draw the reports."""
     parser = ArgumentParser("report", DESCRIPTION)
     parser.add_argument("folders", type=Path, nargs="+", metavar="DIR", help="folders that identify wrote into")
@@ -28,4 +28,3 @@ def main(arguments: list[str]) -> int:
         place = shown(folder)
         print(f"{place}/{PAGE} is drawn")
         print(f"{place}/{TEXT} and {FIGURES}/ are drawn" if options.figures else f"{place}/{TEXT} is drawn")
-    return 0

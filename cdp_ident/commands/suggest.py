@@ -24,16 +24,8 @@ docs/how_to/next_trial.md tells how the start is chosen."""
 
 
 @entry_point
-def main(arguments: list[str]) -> int:
+def main(arguments: list[str]) -> None:
     """Print the starts to take."""
-    options = _parser().parse_args(arguments)
-    with loading("suggest"):
-        from cdp_ident.commands._suggestions import print_suggestions
-    print_suggestions(options)
-    return 0
-
-
-def _parser() -> ArgumentParser:
     parser = ArgumentParser("suggest", DESCRIPTION, EXAMPLE)
     parser.add_argument("folder", type=Path, metavar="DIR", help="folder of a report")
     parser.add_argument(
@@ -66,4 +58,7 @@ def _parser() -> ArgumentParser:
     )
     for most in ("--most-inner", "--most-outer"):
         parser.add_argument(most, type=within(0, 180), default=180.0, metavar="DEG", help="furthest from hanging (180)")
-    return parser
+    options = parser.parse_args(arguments)
+    with loading("suggest"):
+        from cdp_ident.commands._suggestions import print_suggestions
+    print_suggestions(options)

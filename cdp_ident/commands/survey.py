@@ -30,18 +30,8 @@ Exit codes: 0 done; 3 the survey is written, but a piece has no result; 2 bad in
 
 
 @entry_point
-def main(arguments: list[str]) -> int:
+def main(arguments: list[str]) -> None:
     """Survey the bags."""
-    options = _parser().parse_args(arguments)
-    if options.scheduler and options.workers is not None:
-        raise OptionError("--workers are on this machine, --scheduler has its own: give one of the two")
-    with loading("survey"):
-        from cdp_ident.commands._surveying import conduct_survey
-    conduct_survey(options)
-    return 0
-
-
-def _parser() -> ArgumentParser:
     parser = ArgumentParser("survey", DESCRIPTION, EPILOG)
     parser.add_argument("folders", type=Path, nargs="+", metavar="DIR", help="folders with bags in them or below them")
     parser.add_argument("--by", choices=("day", "bag"), default="day", help="what is identified together (day)")
@@ -52,4 +42,9 @@ def _parser() -> ArgumentParser:
     parser.add_argument("--out", type=Path, default=Path("survey"), metavar="DIR", help="where all of it goes (survey)")
     parser.add_argument("--force", action="store_true", help="identify every piece anew, those kept from before too")
     parser.add_argument("--config", type=Path, metavar="FILE", help="ROS parameter file, as for identify")
-    return parser
+    options = parser.parse_args(arguments)
+    if options.scheduler and options.workers is not None:
+        raise OptionError("--workers are on this machine, --scheduler has its own: give one of the two")
+    with loading("survey"):
+        from cdp_ident.commands._surveying import conduct_survey
+    conduct_survey(options)

@@ -44,7 +44,7 @@ from numba.core.serialize import dumps
 from numba.core.sigutils import normalize_signature
 from numba.extending import intrinsic, register_jitable
 
-from cdp_ident.whole_file import write_whole
+from cdp_ident.files import write_whole
 
 Compilable = Callable[..., Any]
 

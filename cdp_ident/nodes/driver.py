@@ -11,7 +11,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import TimeReference
 from std_msgs.msg import Float64
 
-from cdp_ident.bag.time_reference import serialize_time_reference
+from cdp_ident.bag.device_messages import serialize_time_reference
 from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.errors import OptionError, RigError
 from cdp_ident.rig.codec import CODECS

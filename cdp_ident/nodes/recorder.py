@@ -8,7 +8,8 @@ from diagnostic_msgs.msg import DiagnosticArray
 from sensor_msgs.msg import JointState, TimeReference
 from std_msgs.msg import String
 
-from cdp_ident.bag import diagnostics, joint_state, time_reference
+from cdp_ident.bag import joint_state
+from cdp_ident.bag.device_messages import DIAGNOSTICS, TIME_REFERENCE
 from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.outside_text import shown, utf_8
 from cdp_ident.rig.health import Health, Level
@@ -77,8 +78,8 @@ class RecorderNode:
         )
         self._subscriptions = [
             self._subscribe(JointState, joint_state.MESSAGE_TYPE, "joint_states"),
-            self._subscribe(TimeReference, time_reference.MESSAGE_TYPE, "time_reference"),
-            self._subscribe(DiagnosticArray, diagnostics.MESSAGE_TYPE, "/diagnostics"),
+            self._subscribe(TimeReference, TIME_REFERENCE, "time_reference"),
+            self._subscribe(DiagnosticArray, DIAGNOSTICS, "/diagnostics"),
         ]
         serve(node, "~/arm", self._arm)
         serve(node, "~/start", lambda: self._recorder.start(self._now()))

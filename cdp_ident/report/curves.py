@@ -18,13 +18,13 @@ import numpy.typing as npt
 from cdp_ident.arrays import Array, Indices, Mask
 from cdp_ident.diagnosis.evaluation import free_run
 from cdp_ident.errors import ReportError
+from cdp_ident.files import read_regular
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.machine.parallel import parallel_map
 from cdp_ident.model.layout import RODS_STATES
 from cdp_ident.model.motions import accelerations_at
 from cdp_ident.model.parameters import LARGEST
 from cdp_ident.outside_text import shown
-from cdp_ident.regular_file import read_regular
 from cdp_ident.report.outcome import Outcome
 from cdp_ident.tracing.final_model import FinalModel
 from cdp_ident.tracing.missing_torque import MissingTorque

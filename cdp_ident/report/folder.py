@@ -13,9 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from cdp_ident.errors import OptionError
-from cdp_ident.free_space import free_space
-from cdp_ident.regular_file import read_regular
-from cdp_ident.whole_file import remove_unfinished, write_whole
+from cdp_ident.files import free_space, read_regular, remove_unfinished, write_whole
 
 REPORT, FITTED, CURVES = "report.json", "fitted.yaml", "curves.npz"
 PAGE, TEXT, FIGURES = "report.html", "report.md", "figures"

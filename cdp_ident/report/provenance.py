@@ -10,7 +10,7 @@ from pathlib import Path
 
 from cdp_ident.bag.reader import no_bag
 from cdp_ident.errors import BagError
-from cdp_ident.regular_file import open_regular
+from cdp_ident.files import open_regular
 
 _STORAGE = (".mcap", ".db3", ".mcap.zstd", ".db3.zstd")
 _PACKAGES = ("cdp_ident", "numpy", "scipy", "numba", "rosbags", "mcap")

@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import NoReturn
 
 from cdp_ident.errors import ReportError
+from cdp_ident.files import read_regular
 from cdp_ident.model.effects import own
 from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.parameters import INERTIA
 from cdp_ident.outside_text import shown
-from cdp_ident.regular_file import read_regular
 from cdp_ident.report.schema import REPORT, SCHEMA, Section, filled, problem
 from cdp_ident.user_input import refuse_unknown
 

@@ -6,7 +6,7 @@ from collections import deque
 
 import numpy as np
 
-from cdp_ident.bag.diagnostics import ClockRate
+from cdp_ident.bag.device_messages import ClockRate
 from cdp_ident.rig.records import UNSIGNED_32, signed_32
 from cdp_ident.rig.theil_sen import median_slope
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 
-from cdp_ident.bag.diagnostics import CLOCK_RATE, CLOCK_RATE_STD
+from cdp_ident.bag.device_messages import CLOCK_RATE, CLOCK_RATE_STD
 from cdp_ident.rig.joints import Calibration
 from cdp_ident.rig.measurement import Totals
 from cdp_ident.rig.port import PortState

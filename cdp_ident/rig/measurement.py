@@ -6,7 +6,7 @@ import threading
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from cdp_ident.bag.diagnostics import ClockRate
+from cdp_ident.bag.device_messages import ClockRate
 from cdp_ident.errors import RigError
 from cdp_ident.rig.codec import Codec
 from cdp_ident.rig.decoder import Counters, Decoder, Restart

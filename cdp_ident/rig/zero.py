@@ -9,8 +9,8 @@ from typing import Any
 import yaml
 
 from cdp_ident.errors import OptionError, RigError
+from cdp_ident.files import write_whole
 from cdp_ident.user_input import number
-from cdp_ident.whole_file import write_whole
 from cdp_ident.yaml_file import read_yaml
 
 _KEYS = ("cart_counts", "inner_counts", "outer_counts", "sequence", "taken_at_ns")

@@ -20,7 +20,7 @@ import rclpy.signals
 
 from cdp_ident.command_line import ArgumentParser, split_arguments
 from cdp_ident.errors import OptionError
-from cdp_ident.regular_file import open_regular
+from cdp_ident.files import open_regular
 from cdp_ident.ros.parameters import Parameters
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)

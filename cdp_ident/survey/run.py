@@ -25,10 +25,10 @@ from cdp_ident.bag.metadata import origin_of, read_custom_data
 from cdp_ident.bag.reader import bag_name, read_joint_states
 from cdp_ident.configuration.settings import Settings, given_for
 from cdp_ident.errors import BagError, CdpIdentError, FitFailedError, OptionError, ReportError, TrialError
+from cdp_ident.files import read_regular
 from cdp_ident.outside_text import shown
 from cdp_ident.pipeline.identifier import Identifier, Request
 from cdp_ident.pipeline.interruption import Interruption
-from cdp_ident.regular_file import read_regular
 from cdp_ident.report.folder import REPORT, json_text, write_files
 from cdp_ident.report.provenance import bag_checksums, versions
 from cdp_ident.report.report_file import read_report

@@ -17,8 +17,8 @@ from typing import Any, TypeVar
 
 from cdp_ident.errors import OptionError
 from cdp_ident.machine.parallel import use_one_core
-from cdp_ident.memory import keep_freed_memory
 from cdp_ident.outside_text import shown
+from cdp_ident.start import keep_freed_memory
 
 Job = TypeVar("Job")
 Result = TypeVar("Result")

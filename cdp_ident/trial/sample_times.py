@@ -15,7 +15,7 @@ from dataclasses import replace
 import numpy as np
 
 from cdp_ident.arrays import Array, Indices
-from cdp_ident.bag.diagnostics import ClockRate
+from cdp_ident.bag.device_messages import ClockRate
 from cdp_ident.bag.joint_recording import JointRecording
 from cdp_ident.trial.bursts import LONGEST_WAIT
 from cdp_ident.trial.kinematics import roughness

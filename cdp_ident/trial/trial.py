@@ -11,7 +11,7 @@ import numpy as np
 from scipy.interpolate import make_smoothing_spline
 
 from cdp_ident.arrays import Array, Mask, Rows
-from cdp_ident.bag.diagnostics import ClockRate
+from cdp_ident.bag.device_messages import ClockRate
 from cdp_ident.model.weights import Weight
 
 

@@ -1,17 +1,20 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""CSV files of any laboratory."""
+"""CSV files of any laboratory, and what the titles of their columns say."""
 
 import contextlib
 import gzip
+import io
 import tracemalloc
 
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from scipy.io import savemat
 
 from cdp_ident.bag.csv_file import read_table
+from cdp_ident.bag.csv_titles import Title, may_be_angles, roles, torques
 from cdp_ident.errors import BagError
 
 IN_A_FOLDER = settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -88,10 +91,6 @@ def test_a_column_of_words_harms_nobody_who_does_not_want_it(tmp_path):
     assert read(tmp_path, text, ("t", "a")) == [[0, 1], [1, 2], [2, 3]]
     with pytest.raises(BagError, match="line 2, column 1: 'up' is not a number"):
         read(tmp_path, text, ("t", "state"))
-
-
-def test_compressed_files_are_read(tmp_path):
-    assert read(tmp_path, gzip.compress(b"a,b\n1,2\n")) == [[1, 2]]
 
 
 @pytest.mark.parametrize(
@@ -171,19 +170,33 @@ def test_joint_states_that_ros2_topic_echo_wrote_have_their_joints_names(tmp_pat
     ]
     assert found.column(found.place("inner_joint")).tolist() == [1.5, 1.5]
     assert found.titles[0].text == "sec"
+    without = table(tmp_path, "".join(f"{row},{5 * row},{row / 10},{row / 7},{row / 3}\n" for row in range(9)))
+    assert [title.text for title in without.titles] == [""] * 5
+
+
+def matlab(contents, compressed):
+    stream = io.BytesIO()
+    savemat(stream, contents, do_compression=compressed)
+    return stream.getvalue()
 
 
 @pytest.mark.parametrize(
-    ("start", "words"),
+    ("content", "words"),
     [
-        (b"#ROSBAG V2.0\n", "rosbags-convert --src .*log.csv --dst"),
-        (b"\x89HDF\r\n", "writematrix"),
-        (b"PK\x03\x04", "save the sheet as CSV"),
+        (b"#ROSBAG V2.0\n" + bytes(100), "rosbags-convert --src .*log.csv --dst"),
+        (b"\x89HDF\r\n" + bytes(100), "writematrix"),
+        (b"PK\x03\x04" + bytes(100), "save the sheet as CSV"),
+        ("A message was lost!!!\n---\nheader:\n  stamp:\n    sec: 1\n" * 9, "what `ros2 topic echo` prints"),
+        *[
+            (matlab(contents, compressed), r"is a file of MATLAB: there, `writematrix\(.*scipy\.io\.loadmat")
+            for contents in ({"log": np.ones((9, 3))}, {"log": {"time": np.ones(9), "data": np.ones((9, 2))}})
+            for compressed in (False, True)
+        ],
     ],
 )
-def test_files_of_other_kinds_get_the_line_that_converts_them(tmp_path, start, words):
+def test_files_of_other_kinds_get_the_line_that_converts_them(tmp_path, content, words):
     with pytest.raises(BagError, match=words):
-        table(tmp_path, start + bytes(100))
+        table(tmp_path, content)
 
 
 @pytest.mark.parametrize(
@@ -250,6 +263,69 @@ def test_a_cell_with_a_spreadsheet_s_error_is_missing(tmp_path):
     assert np.isnan(read(tmp_path, "t,a\n0,1\n1,#DIV/0!\n2,3\n")[1][1])
 
 
-def test_what_topic_echo_prints_is_told_behind_a_warning(tmp_path):
-    with pytest.raises(BagError, match="what `ros2 topic echo` prints"):
-        table(tmp_path, "A message was lost!!!\n---\nheader:\n  stamp:\n    sec: 1\n" * 9)
+@pytest.mark.parametrize(
+    ("text", "name", "unit"),
+    [
+        ("theta1 [deg]", "theta1", "deg"),
+        ("Winkel 1 (°)", "Winkel 1", "deg"),
+        ("theta1/rad", "theta1", "rad"),
+        ("time_ms", "time", "ms"),
+        ("x in mm", "x", "mm"),
+        ("theta_1", "theta_1", ""),
+        ("cart_position", "cart_position", ""),
+        ("torque [N m]", "torque", ""),
+        ("t", "t", ""),
+    ],
+)
+def test_a_title_is_a_name_and_a_unit(text, name, unit):
+    assert (Title.of(text).name, Title.of(text).unit) == (name, unit)
+
+
+@pytest.mark.parametrize(
+    ("titles", "found"),
+    [
+        ("t theta1 theta2", {"time": 0, "inner": 1, "outer": 2}),
+        ("Time q0 q1 dq0 dq1", {"time": 0, "inner": 1, "outer": 2}),
+        ("time pos1 pos2 vel1 vel2 tau1 tau2", {"time": 0, "inner": 1, "outer": 2}),
+        ("theta2_rad theta1_rad time_s", {"time": 2, "inner": 1, "outer": 0}),
+        ("stamp cart_position inner_joint outer_joint", {"time": 0, "cart": 1, "inner": 2, "outer": 3}),
+        ("theta1 phi1 theta2", {"outer": 2}),
+        ("one two three", {}),
+        (
+            "frame pivot_x pivot_y joint_x joint_y tip_x tip_y",
+            {"frame": 0, "pivot_x": 1, "pivot_y": 2, "joint_x": 3, "joint_y": 4, "tip_x": 5, "tip_y": 6},
+        ),
+        (
+            "x0 y0 x1 y1 x2 y2",
+            {"pivot_x": 0, "pivot_y": 1, "joint_x": 2, "joint_y": 3, "tip_x": 4, "tip_y": 5},
+        ),
+    ],
+)
+def test_titles_tell_what_columns_are(titles, found):
+    assert roles([Title.of(text) for text in titles.split()]) == found
+
+
+@pytest.mark.parametrize(
+    ("titles", "angles"),
+    [
+        ("packet,time_us,angle", [2]),
+        ("pwm,time_us,position,angle", [3]),
+        ("t,theta,theta_sim", [1]),
+        ("t,measured [deg],model [deg]", [1]),
+        ("time,tip x,tip y", []),
+        ("time,first,second,velocity,motorCurrent", [1, 2]),
+        ("stamp,alpha,beta", [1, 2]),
+        ("Time,Model Root/Encoder/phi1,Model Root/Encoder/phi2,Model Root/Motor/u", [1, 2]),
+        ("t,position [m],angle,speed", [2]),
+        ("t,arm [rad],arm2 [rad],arm [rad/s]", [1, 2]),
+    ],
+)
+def test_titles_tell_which_columns_may_be_angles(titles, angles):
+    assert may_be_angles([Title.of(text) for text in titles.split(",")]) == angles
+
+
+def test_torques_of_both_joints_are_found_for_each_kind():
+    titles = "time pos1 pos2 tau_con1 tau_con2 tau_meas2 tau_meas1 tau_fric1 inner_command_Nm outer_command_Nm torque"
+    assert torques([Title.of(text) for text in titles.split()]) == [(3, 4), (6, 5), (8, 9), (7, None)]
+    assert torques([Title.of(f"/joint_states/{joint}_joint/effort") for joint in ("outer", "inner")]) == [(1, 0)]
+    assert torques([Title.of(text) for text in ["t", "u1", "motorCurrent2", "pwm"]]) == [(1, None), (None, 2)]

@@ -8,15 +8,6 @@ import pytest
 from cdp_ident.bag.joint_state import MESSAGE_TYPE, serialize_joint_state, typestore
 
 
-def test_what_was_serialised_is_read_back_by_another_reader():
-    raw = serialize_joint_state(["inner_joint", "outer_joint"], [0.25, -3.5], 1_700_000_000_123_456_789)
-    message = typestore().deserialize_cdr(raw, MESSAGE_TYPE)
-    assert message.name == ["inner_joint", "outer_joint"]
-    assert list(message.position) == [0.25, -3.5]
-    assert (message.header.stamp.sec, message.header.stamp.nanosec) == (1_700_000_000, 123_456_789)
-    assert len(message.velocity) == len(message.effort) == 0
-
-
 def test_ros_itself_reads_it():
     serialization = pytest.importorskip("rclpy.serialization")
     messages = pytest.importorskip("sensor_msgs.msg")

@@ -50,6 +50,7 @@ def publish(bag, *messages, topic="/joint_states"):
     with BagWriter(bag) as writer:
         for raw in messages:
             writer.write(topic, MESSAGE_TYPE, START, raw)
+            writer.flush()
     return bag
 
 
@@ -126,11 +127,9 @@ def test_the_files_of_a_split_bag_are_read_in_order(tmp_path):
 
 
 def test_joints_of_several_publishers_have_gaps_where_a_message_does_not_name_them(tmp_path):
-    with BagWriter(tmp_path / "swing") as writer:
-        for i in range(20):
-            raw = serialize_joint_state(["arm", "cart"][: i % 2 + 1][::-1], [1.0, 2.0][: i % 2 + 1][::-1], START + i)
-            writer.write("/joint_states", MESSAGE_TYPE, START + i, raw)
-    recording = read_joint_states(tmp_path / "swing", "joint_states")
+    messages = [(["arm"], [1.0]), (["cart", "arm"], [2.0, 1.0])] * 10
+    raw = (serialize_joint_state(*message, START + i) for i, message in enumerate(messages))
+    recording = read_joint_states(publish(tmp_path / "swing", *raw), "joint_states")
     assert recording.joints == ("arm", "cart")
     assert np.all(recording.positions[:, 0] == 1.0)
     assert np.all(np.isnan(recording.positions[::2, 1]))
@@ -441,10 +440,9 @@ def test_metadata_that_name_no_file_that_is_there_are_of_a_bag_whose_files_were_
 
 
 def test_names_of_topics_are_shown_without_what_commands_a_terminal(tmp_path):
-    with BagWriter(tmp_path / "swing") as writer:
-        writer.write("/\x1b[2J" + "x" * 10_000, MESSAGE_TYPE, 1, serialize_joint_state(NAMES, (0.0, 1.0), 1))
+    raw = serialize_joint_state(NAMES, (0.0, 1.0), 1)
     with pytest.raises(BagError) as refused:
-        read_joint_states(tmp_path / "swing", "/joint_states")
+        read_joint_states(publish(tmp_path / "swing", raw, topic="/\x1b[2J" + "x" * 10_000), "/joint_states")
     assert "\x1b" not in str(refused.value)
     assert len(str(refused.value)) < 1000
 
@@ -466,12 +464,9 @@ def test_a_message_beside_the_chunks_which_no_checksum_protects_is_left_out_and_
 
 @pytest.mark.parametrize("without", [[0], [1], [0, 1, 2]])
 def test_a_chunk_whose_checksum_damage_has_taken_is_left_out_unless_no_chunk_has_one(tmp_path, without):
-    with BagWriter(tmp_path / "bag") as writer:
-        for number in range(3):
-            stamp = START + number
-            writer.write("/joint_states", MESSAGE_TYPE, stamp, serialize_joint_state(NAMES, [number, 0.0], stamp))
-            writer.flush()
-    file = tmp_path / "bag" / "bag_0.mcap"
+    (file,) = publish(
+        tmp_path / "bag", *(serialize_joint_state(NAMES, [number, 0.0], START + number) for number in range(3))
+    ).glob("*.mcap")
     content, place, chunks = bytearray(file.read_bytes()), 8, list[int]()
     while content[place] != Opcode.DATA_END:
         if content[place] == Opcode.CHUNK:

@@ -59,16 +59,14 @@ def test_the_matrices_are_printed_and_what_was_left_out(fitted, capsys):
     assert "dry friction (inner joint)" in left_out[0]
 
 
-def test_a_file_that_is_there_is_replaced_only_by_force(fitted, tmp_path, capsys):
+def test_a_file_that_is_there_is_replaced_only_by_force(fitted, tmp_path, refused):
     out = tmp_path / "linear.json"
     out.write_text("mine")
-    assert main([str(fitted), "--out", str(out)]) == 2
-    assert "--force" in capsys.readouterr().err
+    assert "--force" in refused(main, [fitted, "--out", out])
     assert out.read_text() == "mine"
     assert main([str(fitted), "--out", str(out), "--force"]) == 0
     assert json.loads(out.read_text())["schema"] == "cdp_ident/linear_model/1"
-    assert main([str(fitted), "--out", str(tmp_path), "--force"]) == 2
-    assert "is a folder" in capsys.readouterr().err
+    assert "is a folder" in refused(main, [fitted, "--out", tmp_path, "--force"])
 
 
 @pytest.mark.parametrize(
@@ -82,10 +80,7 @@ def test_a_file_that_is_there_is_replaced_only_by_force(fitted, tmp_path, capsys
         ("[", "YAML"),
     ],
 )  # fmt: skip
-def test_a_file_that_describes_no_model_is_refused_in_one_line(tmp_path, capsys, content, told):
+def test_a_file_that_describes_no_model_is_refused_in_one_line(tmp_path, refused, content, told):
     path = tmp_path / "fitted.yaml"
     path.write_text(content)
-    assert main([str(path)]) == 2
-    error = capsys.readouterr().err
-    assert told in error
-    assert error.count("\n") == 1
+    assert told in refused(main, [path])

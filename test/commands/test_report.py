@@ -81,11 +81,7 @@ def broken(name):
         (changed(effects=[]), "does not fit its report.json"),
     ],
 )
-def test_what_is_no_whole_report_is_refused_in_one_line(folder, capsys, spoil, words):
+def test_what_is_no_whole_report_is_refused_in_one_line(folder, refused, spoil, words):
     spoil(folder)
-    assert main([str(folder)]) == 2
-    out, err = capsys.readouterr()
-    assert not out
-    assert err.count("\n") == 1
-    assert words.format(folder) in err
+    assert words.format(folder) in refused(main, [folder])
     assert not (folder / PAGE).exists()

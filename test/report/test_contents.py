@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cdp_ident.bag.diagnostics import ClockRate
+from cdp_ident.bag.device_messages import ClockRate
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.diagnosis.warnings import find_warnings
 from cdp_ident.pipeline.job import load, run

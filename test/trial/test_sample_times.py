@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cdp_ident.bag.diagnostics import ClockRate
+from cdp_ident.bag.device_messages import ClockRate
 from cdp_ident.bag.joint_recording import JointRecording
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.sample_times import in_device_time, in_measured_time

@@ -12,7 +12,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from cdp_ident.errors import RigError
-from cdp_ident.whole_file import beside
+from cdp_ident.files import beside
 
 _PATIENCE = 0.5
 """Bytes wait this long for a computer that takes none [s]: it is busy, or nobody has opened the port."""

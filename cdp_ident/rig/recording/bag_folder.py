@@ -6,10 +6,9 @@ from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
 
-from cdp_ident.bag.salvage import Salvaged, complete_bag, is_incomplete
-from cdp_ident.bag.writer import BagWriter
+from cdp_ident.bag.writer import BagWriter, Salvaged, complete_bag, is_incomplete
 from cdp_ident.errors import BagError, RigError
-from cdp_ident.free_space import free_space
+from cdp_ident.files import free_space
 from cdp_ident.outside_text import shown
 
 _LONGEST_NAME = 200

@@ -7,8 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from cdp_ident.bag import diagnostics
-from cdp_ident.bag.diagnostics import read_statuses
+from cdp_ident.bag.device_messages import DIAGNOSTICS, read_statuses
 from cdp_ident.bag.joint_state import MESSAGE_TYPE
 from cdp_ident.bag.metadata import OFFERED_QOS_PROFILES, QosProfile
 from cdp_ident.bag.writer import BagWriter
@@ -150,7 +149,7 @@ class Recorder:
         self._before.keep(message)
         if message_type == MESSAGE_TYPE:
             self._take_sample(message)
-        elif message_type == diagnostics.MESSAGE_TYPE:
+        elif message_type == DIAGNOSTICS:
             self._take_diagnostics(raw)
 
     def tick(self, now_ns: int) -> None:

@@ -1,12 +1,12 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Files take their places whole, and nothing that another put in the way is written, followed or removed."""
+"""Files take their places whole, whatever another put in the way, and only what is small enough is read."""
 
 import secrets
 
 import pytest
 
-from cdp_ident.whole_file import remove_unfinished, write_whole
+from cdp_ident.files import read_regular, remove_unfinished, write_whole
 
 
 @pytest.fixture
@@ -45,3 +45,10 @@ def test_only_what_was_left_unfinished_is_removed(tmp_path, foreseen):
         path.touch()
     remove_unfinished(tmp_path)
     assert sorted(tmp_path.iterdir()) == sorted(mine)
+
+
+def test_a_file_is_read_up_to_its_limit(tmp_path):
+    (tmp_path / "file").write_bytes(b"12345")
+    assert read_regular(tmp_path / "file", 5) == b"12345"
+    with pytest.raises(OSError, match="larger than 4 bytes"):
+        read_regular(tmp_path / "file", 4)
