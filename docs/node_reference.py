@@ -23,10 +23,10 @@ sys.path.insert(0, str(ROOT))
 from cdp_ident.configuration.keys import KEYS  # noqa: E402
 from cdp_ident.nodes import driver, emulator, identify, identify_node, recorder, simulator  # noqa: E402
 from cdp_ident.pipeline.identifier import Identifier, Request  # noqa: E402
-from cdp_ident.rig.codec import BinaryCodec  # noqa: E402
 from cdp_ident.rig.emulator.configuration import EmulatedRig  # noqa: E402
 from cdp_ident.rig.emulator.emulation import Emulation, Events  # noqa: E402
 from cdp_ident.rig.emulator.faults import Faults  # noqa: E402
+from cdp_ident.rig.protocol import BinaryCodec  # noqa: E402
 from cdp_ident.ros.parameters import Parameters, Shown  # noqa: E402
 
 NAMESPACE = "/somewhere"

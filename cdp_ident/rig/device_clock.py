@@ -2,13 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """When a sample was measured: the device's clock mapped to the host's, past the delays of the line."""
 
+import math
 from collections import deque
 
 import numpy as np
+import numpy.typing as npt
 
 from cdp_ident.bag.diagnostics import ClockRate
-from cdp_ident.rig.records import UNSIGNED_32, signed_32
-from cdp_ident.rig.theil_sen import median_slope
+from cdp_ident.rig.protocol import UNSIGNED_32, signed_32
 
 _BUCKET = 0.25
 """The least delayed arrival in each stretch this long is what the fit sees [s]."""
@@ -35,6 +36,7 @@ _RATE_BUCKETS = 4
 _FEWEST_FOR_RATE = 5
 """… and of so many such arrivals at least: before, delays say more about the difference in rate than the clocks do."""
 
+Array = npt.NDArray[np.float64]
 Point = tuple[float, float]
 
 
@@ -180,3 +182,25 @@ class DeviceClock:
             slope = min(max(-rate.fast / (1.0 + rate.fast), -_LARGEST_RATE), _LARGEST_RATE)
             slope *= slope**2 / (slope**2 + rate.std**2)
         return slope, min(delay + slope * (now - device) for device, delay in self._buckets if device >= now - _RECENT)
+
+
+def median_slope(x: Array, y: Array) -> tuple[float, float, float]:
+    """Return the slope of y (n,) over x (n,), and the ends of the interval of one standard deviation about it.
+
+    The slope is Theil's (1950). The interval is Sen's (J. Am. Stat. Assoc. 63, 1968): Kendall's rank correlation of
+    what the line leaves is none within it. `scipy.stats.theilslopes` gives the same, but to load it takes longer than
+    all else of a driver, whose samples wait meanwhile.
+
+    Args:
+        x: strictly increasing, two at least.
+        y: among which there may be equal ones.
+    """
+    earlier, later = np.triu_indices(len(x), 1)
+    slopes = np.sort((y[later] - y[earlier]) / (x[later] - x[earlier]))
+    _, alike = np.unique(y, return_counts=True)
+    # The variance of Kendall's score, which values that are alike diminish.
+    whole, *parts = (count * (count - 1) * (2 * count + 5) / 18.0 for count in (len(y), *alike.tolist()))
+    std = math.sqrt(max(whole - sum(parts), 0.0))
+    low = max(round((len(slopes) - std) / 2.0) - 1, 0)
+    high = min(round((len(slopes) + std) / 2.0), len(slopes) - 1)
+    return float(np.median(slopes)), float(slopes[low]), float(slopes[high])

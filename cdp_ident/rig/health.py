@@ -14,6 +14,8 @@ from cdp_ident.rig.port import PortState
 
 _GREETING_WITHIN_NS = 3_000_000_000
 """A rig greets about once a second: after so long [ns] without, it does not greet."""
+_PROBLEMS = ("lost", "bad_checksum", "device_resets", "device_overruns", "encoder_faults", "impossible_jumps")
+"""Counters that should stand still."""
 
 
 class Level(IntEnum):
@@ -50,7 +52,8 @@ def assess(
     `silence` is the time since the last verified sample [s], `stale_after` its limit, `calibration` the user's
     parameters of the encoders.
     """
-    rate = (now.line.samples - before.line.samples) / seconds if seconds > 0 else 0.0
+    since = {name: count - getattr(before.counters, name) for name, count in vars(now.counters).items()}
+    rate = since["samples"] / seconds if seconds > 0 else 0.0
     expected = 1e6 / now.hello.period_us if now.hello else None
     values = {
         "port": port.name or "none",
@@ -59,18 +62,7 @@ def assess(
         "firmware": now.hello.firmware if now.hello else "unknown",
         "rate [Hz]": f"{rate:.1f}",
         "expected rate [Hz]": f"{expected:.1f}" if expected else "unknown",
-        "samples": str(now.line.samples),
-        "published": str(now.measurements),
-        "lost": str(now.line.lost),
-        "bad checksum": str(now.line.bad_checksum),
-        "malformed": str(now.line.malformed),
-        "duplicates": str(now.line.duplicates),
-        "device resets": str(now.line.resets),
-        "device overruns": str(now.overruns),
-        "encoder faults": str(now.encoder_faults),
-        "impossible jumps": str(now.jumps),
-        "dropped without greeting": str(now.unsent),
-        "clock fits begun anew": str(now.clock_restarts),
+        **{_in_words(name): str(count) for name, count in vars(now.counters).items()},
         CLOCK_RATE: f"{1e6 * now.clock_rate.fast:.3f}" if now.clock_rate else "unknown",
         CLOCK_RATE_STD: f"{1e6 * now.clock_rate.std:.3f}" if now.clock_rate else "unknown",
         "zero": now.zero or "taken",
@@ -87,27 +79,17 @@ def assess(
     if port.name is None:
         return health(Level.ERROR, f"no port: {port.problem}")
     if silence > stale_after:
-        damaged = now.line.bad_checksum + now.line.malformed - before.line.bad_checksum - before.line.malformed
-        if damaged:
+        if damaged := since["bad_checksum"] + since["malformed"]:
             return health(
                 Level.ERROR, f"bytes came but no intact frame (damaged: {damaged}): are codec and baud right?"
             )
-        since = f"for {silence:.1f} s" if math.isfinite(silence) else "yet"
-        return health(Level.STALE, f"no sample {since}")
+        return health(Level.STALE, f"no sample for {silence:.1f} s" if math.isfinite(silence) else "no sample yet")
     if calibration.needs_greeting() and now.hello is None:
         if (now.last_arrival_ns or 0) - (now.first_arrival_ns or 0) < _GREETING_WITHIN_NS:
             return health(Level.OK, "waiting for the rig's greeting, which gives the counts per turn")
         return health(Level.ERROR, "nothing is published: no greeting gave the counts per turn; set them as parameters")
-    happened = {
-        "lost": now.line.lost - before.line.lost,
-        "bad checksum": now.line.bad_checksum - before.line.bad_checksum,
-        "device resets": now.line.resets - before.line.resets,
-        "device overruns": now.overruns - before.overruns,
-        "encoder faults": now.encoder_faults - before.encoder_faults,
-        "impossible jumps": now.jumps - before.jumps,
-    }
-    problems = [f"{name}: {count}" for name, count in happened.items() if count]
-    if expected and before.line.samples and rate < 0.95 * expected and not happened["lost"]:
+    problems = [f"{_in_words(name)}: {since[name]}" for name in _PROBLEMS if since[name]]
+    if expected and before.counters.samples and rate < 0.95 * expected and not since["lost"]:
         problems.append(f"{rate:.0f} Hz instead of {expected:.0f} Hz")
     if now.hello:
         for joint, said, count in (
@@ -121,3 +103,7 @@ def assess(
     if problems:
         return health(Level.WARN, "; ".join(problems))
     return health(Level.OK, f"{rate:.0f} Hz")
+
+
+def _in_words(counter: str) -> str:
+    return counter.replace("_", " ")

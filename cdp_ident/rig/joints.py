@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Annotated, NamedTuple
 
 from cdp_ident.errors import OptionError, RigError
-from cdp_ident.rig.records import UNSIGNED_32, Hello, Sample, signed_32
+from cdp_ident.rig.protocol import UNSIGNED_32, Hello, Sample, signed_32
 from cdp_ident.user_input import Limits
 
 HANGING = (0.0, math.pi, 0.0)
@@ -101,8 +101,6 @@ class JointTracker:
     def __init__(self, scales: Triple, calibration: Calibration, zero: Triple) -> None:
         """`zero` are the counts at which the pendulum hangs."""
         self.zero = zero
-        self.jumps_dropped = 0
-        """Samples dropped because a joint moved faster than its slew limit."""
         self._scales = scales
         fastest = (calibration.cart_slew_limit, calibration.inner_slew_limit, calibration.outer_slew_limit)
         self._fastest = [abs(limit / scale) for limit, scale in zip(fastest, scales, strict=True)]
@@ -121,7 +119,6 @@ class JointTracker:
                 self._jumped.clear()
             self._jumped.append(now)
             if len(self._jumped) < _BELIEVED_AFTER:
-                self.jumps_dropped += 1
                 return None
         self._jumped.clear()
         self._last = now

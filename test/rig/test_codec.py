@@ -6,9 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cdp_ident.rig.codec import BinaryCodec, FrameError, TextCodec, checksum
 from cdp_ident.rig.decoder import LONGEST_FRAME
-from cdp_ident.rig.records import CartCommand, Hello, Sample
+from cdp_ident.rig.protocol import BinaryCodec, CartCommand, FrameError, Hello, Sample, TextCodec, checksum
 
 CODECS = [BinaryCodec(), TextCodec()]
 UNSIGNED = st.integers(0, 2**32 - 1)

@@ -6,9 +6,7 @@ import math
 
 import pytest
 
-from cdp_ident.rig.codec import BinaryCodec
-from cdp_ident.rig.commands import Commands
-from cdp_ident.rig.records import CartCommand
+from cdp_ident.rig.protocol import BinaryCodec, CartCommand, Commands
 
 
 def decoded(frame):

@@ -8,10 +8,8 @@ import random
 import pytest
 from cobs import cobs
 
-from cdp_ident.rig.codec import BinaryCodec, checksum
-from cdp_ident.rig.course import Course
-from cdp_ident.rig.decoder import Decoder, Restart
-from cdp_ident.rig.records import Sample
+from cdp_ident.rig.decoder import Course, Decoder, Restart
+from cdp_ident.rig.protocol import BinaryCodec, Sample, checksum
 
 
 def swing(number, rate=200.0, jitter=0):
@@ -67,7 +65,7 @@ def test_an_impulse_is_passed_on_whole():
     after = [swing(number)._replace(inner=swing(number).inner + 700) for number in range(50, 100)]
     events, decoder = pass_on(*before, *after)
     assert events == [*before, *after]
-    assert (decoder.counters.resets, decoder.counters.lost) == (0, 0)
+    assert (decoder.counters.device_resets, decoder.counters.lost) == (0, 0)
 
 
 def test_a_device_that_paused_was_not_reset():
@@ -75,7 +73,7 @@ def test_a_device_that_paused_was_not_reset():
     after = [swing(number)._replace(time_us=swing(number).time_us + 900_000) for number in range(50, 100)]
     events, decoder = pass_on(*before, *after)
     assert events == [*before, *after]
-    assert decoder.counters.resets == 0
+    assert decoder.counters.device_resets == 0
 
 
 @pytest.mark.parametrize("rate", [200.0, 1000.0])
@@ -87,7 +85,7 @@ def test_a_device_that_makes_up_for_pauses_was_not_reset(rate, pause):
         now = max(now + 30.0, 1e6 * number / rate + late)  # as fast as it can, until it is in time again
         samples.append(Sample(number, round(now), 0, 0, 0))
     _, decoder = pass_on(*samples)
-    assert decoder.counters.resets == 0
+    assert decoder.counters.device_resets == 0
 
 
 def garbled(body, generator):

@@ -8,9 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cdp_ident.rig.codec import BinaryCodec, TextCodec
-from cdp_ident.rig.decoder import LONGEST_FRAME, Decoder, Restart
-from cdp_ident.rig.records import CartCommand, Hello, Sample, signed_32
+from cdp_ident.rig.decoder import LONGEST_FRAME, Counters, Decoder, Restart
+from cdp_ident.rig.protocol import BinaryCodec, CartCommand, Hello, Sample, TextCodec, signed_32
 
 CODECS = [BinaryCodec(), TextCodec()]
 both = pytest.mark.parametrize("codec", CODECS, ids=lambda codec: codec.name)
@@ -53,10 +52,7 @@ def test_an_intact_stream_comes_through_whole_however_it_is_cut(codec, seed, fir
     sent = run(first, 50, time_us)
     data = stream(codec, HELLO, *sent, HELLO)
     assert feed_in_pieces(decoder, data, random.Random(seed)) == [HELLO, *sent, HELLO]
-    assert vars(decoder.counters) == {
-        **dict.fromkeys(["bad_checksum", "malformed", "lost", "duplicates", "resets"], 0),
-        "samples": 50,
-    }
+    assert decoder.counters == Counters(samples=50)
 
 
 @both
@@ -96,7 +92,7 @@ def test_flips_cuts_and_insertions_lose_only_what_they_touch(codec, data):
     assert set(events) <= set(sent)
     assert {sent[number] for number in range(50) if number not in touched} <= set(events)
     assert decoder.counters.lost == 50 - len(events)
-    assert decoder.counters.resets == 0
+    assert decoder.counters.device_resets == 0
 
 
 @both
@@ -137,7 +133,7 @@ def test_lost_and_repeated_samples_are_counted(codec):
     decoder = Decoder(codec)
     arrived = [sent[0], sent[0], *sent[1:10], sent[5], sent[9], *sent[15:50]]
     assert decoder.feed(stream(codec, *arrived)) == [*sent[:10], *sent[15:]]
-    assert (decoder.counters.lost, decoder.counters.duplicates, decoder.counters.resets) == (5, 3, 0)
+    assert (decoder.counters.lost, decoder.counters.duplicates, decoder.counters.device_resets) == (5, 3, 0)
 
 
 @both
@@ -146,7 +142,7 @@ def test_a_reset_is_told_once_and_loses_nothing(codec, first, time_us):
     before, after = run(first, 50, time_us), run(0, 50, 2000)
     decoder = Decoder(codec)
     assert decoder.feed(stream(codec, *before, *after)) == [*before, Restart(), *after]
-    assert (decoder.counters.resets, decoder.counters.lost, decoder.counters.samples) == (1, 0, 100)
+    assert (decoder.counters.device_resets, decoder.counters.lost, decoder.counters.samples) == (1, 0, 100)
 
 
 @both
@@ -155,7 +151,7 @@ def test_one_sample_that_claims_an_impossible_jump_is_no_reset(codec):
     liar = Sample(3_000_000_000, 17, 0, 0, 0)
     decoder = Decoder(codec)
     assert decoder.feed(stream(codec, *sent[:20], liar, *sent[21:])) == sent[:20] + sent[21:]
-    assert (decoder.counters.resets, decoder.counters.lost) == (0, 1)
+    assert (decoder.counters.device_resets, decoder.counters.lost) == (0, 1)
 
 
 @both

@@ -12,18 +12,23 @@ from cdp_ident.rig.health import Level, assess
 from cdp_ident.rig.joints import Calibration
 from cdp_ident.rig.measurement import Totals
 from cdp_ident.rig.port import PortState
-from cdp_ident.rig.records import Hello
+from cdp_ident.rig.protocol import Hello
 
 OPEN = PortState("/dev/ttyACM0", "", 0)
 BEFORE = Totals(
-    Counters(samples=1000),
+    Counters(samples=1000, published=1000),
     Hello(5000, 8000, 8000, "rig 1"),
     first_arrival_ns=10**18,
     last_arrival_ns=10**18 + 5 * 10**9,
-    measurements=1000,
     zero="",
 )
-NOW = replace(BEFORE, line=Counters(samples=1200))
+
+
+def counted(**counters):
+    return replace(BEFORE, counters=Counters(**{"samples": 1200} | counters))
+
+
+NOW = counted()
 
 
 def check(
@@ -43,13 +48,13 @@ def test_a_rig_that_sends_what_it_should_is_ok():
 @pytest.mark.parametrize(
     ("now", "words"),
     [
-        (replace(NOW, line=Counters(samples=1197, lost=3)), "lost: 3"),
-        (replace(NOW, line=Counters(samples=1199, bad_checksum=1, lost=1)), "bad checksum: 1"),
-        (replace(NOW, line=Counters(samples=1200, resets=1)), "resets: 1"),
-        (replace(NOW, encoder_faults=4), "encoder faults: 4"),
-        (replace(NOW, jumps=2), "impossible jumps: 2"),
-        (replace(NOW, overruns=2), "overruns: 2"),
-        (replace(NOW, line=Counters(samples=1100)), "100 Hz instead of 200 Hz"),
+        (counted(samples=1197, lost=3), "lost: 3"),
+        (counted(samples=1199, bad_checksum=1, lost=1), "bad checksum: 1"),
+        (counted(device_resets=1), "resets: 1"),
+        (counted(encoder_faults=4), "encoder faults: 4"),
+        (counted(impossible_jumps=2), "impossible jumps: 2"),
+        (counted(device_overruns=2), "overruns: 2"),
+        (counted(samples=1100), "100 Hz instead of 200 Hz"),
         (replace(NOW, zero="none was ever taken"), "zero_hanging"),
     ],
 )
@@ -72,7 +77,7 @@ def test_silence_is_stale_and_no_port_an_error():
 
 
 def test_nothing_but_damaged_frames_asks_for_codec_and_baud():
-    level, message = check(replace(BEFORE, line=Counters(samples=1000, malformed=70)), silence=2.0)
+    level, message = check(counted(samples=1000, malformed=70), silence=2.0)
     assert level is Level.ERROR
     assert "codec and baud" in message
 

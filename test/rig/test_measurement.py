@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 from cdp_ident.errors import RigError
-from cdp_ident.rig.codec import BinaryCodec
 from cdp_ident.rig.joints import Calibration
 from cdp_ident.rig.measurement import MeasurementStream
-from cdp_ident.rig.records import Hello, Sample, Status
+from cdp_ident.rig.protocol import BinaryCodec, Hello, Sample, Status
 from cdp_ident.rig.zero import Zero
 
 EPOCH_NS = 1_760_000_000_000_000_000
@@ -59,10 +58,10 @@ def test_samples_wait_for_the_greeting_where_it_must_tell_the_counts_per_turn():
 def test_without_a_greeting_the_wait_is_bounded_and_what_is_dropped_is_counted():
     rig = Rig(MeasurementStream(BinaryCodec(), Calibration(), None))
     rig.samples(45_000)
-    totals = rig.stream.totals()
-    assert totals.unsent >= 25_000
+    dropped = rig.stream.totals().counters.dropped_without_greeting
+    assert dropped >= 25_000
     rig.send(HELLO)
-    assert len(rig.samples(1)) + totals.unsent == 45_001
+    assert len(rig.samples(1)) + dropped == 45_001
 
 
 def test_a_reset_loses_no_sample_and_makes_the_zero_uncertain():
@@ -74,7 +73,7 @@ def test_a_reset_loses_no_sample_and_makes_the_zero_uncertain():
     after = rig.samples(400)
     totals = rig.stream.totals()
     assert len(after) == 400
-    assert (totals.line.resets, totals.clock_restarts) == (1, 1)
+    assert (totals.counters.device_resets, totals.counters.clock_fits_begun_anew) == (1, 1)
     assert "reset" in totals.zero
     assert np.all(np.diff([measurement.stamp_ns for measurement in after]) == pytest.approx(5_000_000, abs=20_000))
 
@@ -115,5 +114,16 @@ def test_samples_of_a_faulty_encoder_are_dropped_and_counted_and_overruns_only_c
     rig.samples(300)
     assert rig.samples(5, status=Status.INNER_FAULT) == []
     assert len(rig.samples(5, status=Status.OVERRUN)) == 5
-    totals = rig.stream.totals()
-    assert (totals.encoder_faults, totals.overruns) == (5, 5)
+    counters = rig.stream.totals().counters
+    assert (counters.encoder_faults, counters.device_overruns) == (5, 5)
+
+
+def test_impossible_jumps_are_counted_also_across_a_reset():
+    rig = Rig(MeasurementStream(BinaryCodec(), TOLD, None))
+    for _ in range(2):
+        rig.samples(300)
+        assert rig.samples(2, inner=4000) == []
+        rig.samples(300)
+        rig.reset()
+    counters = rig.stream.totals().counters
+    assert (counters.impossible_jumps, counters.device_resets) == (4, 1)

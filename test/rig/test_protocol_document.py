@@ -8,9 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from cdp_ident.rig.codec import BinaryCodec, TextCodec
 from cdp_ident.rig.decoder import Decoder
-from cdp_ident.rig.records import CartCommand, Hello, Sample
+from cdp_ident.rig.protocol import BinaryCodec, CartCommand, Hello, Sample, TextCodec
 
 DOCUMENT = (Path(__file__).parents[2] / "docs" / "reference" / "protocol.md").read_text(encoding="utf-8")
 SAMPLE = Sample(7, 1_000_000, 0, -2, 4000, 0)

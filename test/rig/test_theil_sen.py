@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import theilslopes
 
-from cdp_ident.rig.theil_sen import median_slope
+from cdp_ident.rig.device_clock import median_slope
 
 ONE_SIGMA = math.erf(math.sqrt(0.5))
 """Probability of a normal number within one standard deviation."""

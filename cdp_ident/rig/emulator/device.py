@@ -10,9 +10,8 @@ from typing import Annotated
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.rig.codec import Codec, FrameError
 from cdp_ident.rig.joints import HANGING
-from cdp_ident.rig.records import UNSIGNED_32, CartCommand, Hello, Sample, signed_32
+from cdp_ident.rig.protocol import UNSIGNED_32, CartCommand, Codec, FrameError, Hello, Sample, signed_32
 from cdp_ident.user_input import Limits
 
 Array = npt.NDArray[np.float64]

@@ -9,7 +9,7 @@ from typing import Annotated
 import numpy as np
 import numpy.typing as npt
 
-from cdp_ident.rig.records import WATCHDOG_SECONDS
+from cdp_ident.rig.protocol import WATCHDOG_SECONDS
 from cdp_ident.user_input import Limits
 
 Array = npt.NDArray[np.float64]

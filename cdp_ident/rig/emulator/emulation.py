@@ -12,7 +12,6 @@ from typing import Annotated
 
 import numpy as np
 
-from cdp_ident.rig.codec import Codec
 from cdp_ident.rig.emulator.configuration import EmulatedRig
 from cdp_ident.rig.emulator.device import Device
 from cdp_ident.rig.emulator.drive import DrivenCart
@@ -20,6 +19,7 @@ from cdp_ident.rig.emulator.effects import Readings
 from cdp_ident.rig.emulator.faults import SECONDS, Faults, Line
 from cdp_ident.rig.emulator.motion import Motion
 from cdp_ident.rig.emulator.pseudo_terminal import PseudoTerminal
+from cdp_ident.rig.protocol import Codec
 from cdp_ident.user_input import Limits
 
 _TICK = 0.002

@@ -9,10 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cdp_ident.rig.codec import BinaryCodec, TextCodec
 from cdp_ident.rig.decoder import Decoder, Restart
 from cdp_ident.rig.emulator.device import Device, Encoders
-from cdp_ident.rig.records import CartCommand, Hello, Sample
+from cdp_ident.rig.protocol import BinaryCodec, CartCommand, Hello, Sample, TextCodec
 
 
 def device(rate=200.0, **options):

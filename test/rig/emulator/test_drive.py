@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cdp_ident.rig.emulator.drive import Drive, DrivenCart
-from cdp_ident.rig.records import WATCHDOG_SECONDS
+from cdp_ident.rig.protocol import WATCHDOG_SECONDS
 
 PERIOD = 0.005
 TIMES = np.linspace(0.0, PERIOD, 11)
