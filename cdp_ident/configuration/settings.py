@@ -8,8 +8,9 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from cdp_ident.configuration.described import Described
 from cdp_ident.configuration.fitted_model import is_shown
-from cdp_ident.configuration.keys import KEYS, WEIGHTS, Key, Scalar, is_key, weight_name
+from cdp_ident.configuration.keys import KEYS, WEIGHTS, Scalar, is_key, weight_name
 from cdp_ident.errors import OptionError
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
@@ -129,24 +130,25 @@ def _below(prefix: str, values: Mapping[str, Any]) -> dict[str, Any]:
     return {name.removeprefix(prefix): value for name, value in values.items() if name.startswith(prefix)}
 
 
-def _checked(key: Key, value: Any) -> Scalar:
+def _checked(key: Described, value: Any) -> Scalar:
     """Return a value as the key's type.
 
     A whole number may stand for a real one; ROS takes `1e-3` for a number, YAML for a string.
     """
+    kind = float if key.value is None else type(key.value)
     checked: Scalar | None = None
-    if key.kind is float and not isinstance(value, bool):
+    if kind is float and not isinstance(value, bool):
         try:
             checked = float(value) + 0.0  # -0.0 is 0.0
         except (TypeError, ValueError, OverflowError):
             checked = None
-    elif type(value) is key.kind:
+    elif type(value) is kind:
         checked = value
     if checked is None or (isinstance(checked, float) and math.isnan(checked)):
         kinds = {float: "a number", int: "a whole number", bool: "true or false", str: "text"}
-        raise OptionError(f"{key.name} is {quoted(value)}: expected {kinds[key.kind]} ({key.description})")
-    if key.kind in _BELIEVED and isinstance(checked, int | float) and checked and abs(checked) != math.inf:
-        smallest, largest = _BELIEVED[key.kind]
+        raise OptionError(f"{key.name} is {quoted(value)}: expected {kinds[kind]} ({key.description})")
+    if kind in _BELIEVED and isinstance(checked, int | float) and checked and abs(checked) != math.inf:
+        smallest, largest = _BELIEVED[kind]
         if not smallest <= abs(checked) <= largest:
             raise OptionError(f"{key.name} is {quoted(value)}: such a number is not believed")
     if key.choices and checked not in key.choices:

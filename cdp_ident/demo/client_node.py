@@ -16,7 +16,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from cdp_ident.errors import CdpIdentError
-from cdp_ident.ros.qos import latched
+from cdp_ident.ros.topics import latched
 
 _PATIENCE = 60.0
 """Longest wait for anything that is not said to take longer [s]."""

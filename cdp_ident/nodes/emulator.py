@@ -14,12 +14,12 @@ import rclpy.time
 from rosgraph_msgs.msg import Clock
 
 from cdp_ident.command_line import ArgumentParser, entry_point, made_of, within
-from cdp_ident.configuration.field_documentation import field_documentation
+from cdp_ident.configuration.described import field_documentation
 from cdp_ident.errors import CdpIdentError
 from cdp_ident.outside_text import shown
+from cdp_ident.rig.emulator.cable import Faults
 from cdp_ident.rig.emulator.configuration import EmulatedRig, load_rig
 from cdp_ident.rig.emulator.emulation import Emulation, Events
-from cdp_ident.rig.emulator.faults import Faults
 from cdp_ident.rig.protocol import CODECS
 from cdp_ident.ros.node import parse_arguments, run_node
 from cdp_ident.ros.parameters import Parameters

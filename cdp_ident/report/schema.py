@@ -49,7 +49,7 @@ def _options() -> Schema:
     required = (*(constant.symbol for constant in CONSTANTS), *(f"nominal.{symbol}" for symbol in SYMBOLS))
     weight = {"type": "array", "items": _KINDS["finite number"], "maxItems": 3}
     values = {
-        name: (none if key.default is None else kinds[key.kind]) | {"description": key.description}
+        name: (none if key.value is None else kinds[type(key.value)]) | {"description": key.description}
         for name, key in KEYS.items()
     }
     options = _object(values, tuple(name for name in KEYS if name not in required))

@@ -10,9 +10,8 @@ from cdp_ident.bag.diagnostics import ClockRate
 from cdp_ident.errors import RigError
 from cdp_ident.rig.decoder import Counters, Decoder, Restart
 from cdp_ident.rig.device_clock import DeviceClock
-from cdp_ident.rig.joints import Calibration, JointTracker, Triple
+from cdp_ident.rig.joints import Calibration, JointTracker, Triple, Zero
 from cdp_ident.rig.protocol import ENCODER_FAULTS, Codec, Hello, Sample, Status
-from cdp_ident.rig.zero import Zero
 
 _MOST_WAITING = 20_000
 """Samples that wait for the clock's warm-up or the greeting at most; older ones are dropped."""

@@ -20,7 +20,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from cdp_ident.ros.qos import latched
+from cdp_ident.ros.topics import latched
 
 ROOT = Path(__file__).parents[2]
 PATIENCE = 300.0

@@ -24,7 +24,7 @@ from cdp_ident.configuration.settings import Settings
 from cdp_ident.model.parameters import GROUPS, INERTIA, NOMINAL
 from cdp_ident.nodes.identify import main
 from cdp_ident.report.folder import FIGURES, FILES, json_text
-from cdp_ident.ros.qos import latched
+from cdp_ident.ros.topics import latched
 from reference.pendulum import TABLE_5
 from scenarios.clean_bags import write_clean_bags
 

@@ -20,7 +20,7 @@ from std_msgs.msg import String
 from cdp_ident.bag.joint_state import typestore
 from cdp_ident.model.weights import Weight
 from cdp_ident.nodes.recorder import main
-from cdp_ident.ros.qos import latched
+from cdp_ident.ros.topics import latched
 from cdp_ident.trial.load import load_trial
 from cdp_ident.trial.options import TrialOptions
 

@@ -22,7 +22,7 @@ from cdp_ident.model.parameters import NOMINAL
 from cdp_ident.model.time_grid import DEFAULT_STEP
 from cdp_ident.nodes.simulator import main
 from cdp_ident.replay.stream import MotionStream
-from cdp_ident.ros.qos import latched
+from cdp_ident.ros.topics import latched
 from cdp_ident.trial.load import load_trial
 from scenarios.clean_bags import write_clean_bags
 

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 from cdp_ident.errors import RigError
-from cdp_ident.rig.joints import Calibration
+from cdp_ident.rig.joints import Calibration, Zero
 from cdp_ident.rig.measurement import MeasurementStream
 from cdp_ident.rig.protocol import BinaryCodec, Hello, Sample, Status
-from cdp_ident.rig.zero import Zero
 
 EPOCH_NS = 1_760_000_000_000_000_000
 HELLO = Hello(5000, 8000, 8000, "test")

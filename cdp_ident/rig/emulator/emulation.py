@@ -12,13 +12,10 @@ from typing import Annotated
 
 import numpy as np
 
+from cdp_ident.rig.emulator.cable import SECONDS, Faults, Line, PseudoTerminal
 from cdp_ident.rig.emulator.configuration import EmulatedRig
-from cdp_ident.rig.emulator.device import Device
-from cdp_ident.rig.emulator.drive import DrivenCart
-from cdp_ident.rig.emulator.effects import Readings
-from cdp_ident.rig.emulator.faults import SECONDS, Faults, Line
-from cdp_ident.rig.emulator.motion import Motion
-from cdp_ident.rig.emulator.pseudo_terminal import PseudoTerminal
+from cdp_ident.rig.emulator.device import Device, Readings
+from cdp_ident.rig.emulator.motion import DrivenCart, Motion
 from cdp_ident.rig.protocol import Codec
 from cdp_ident.user_input import Limits
 

@@ -2,10 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Records trials: arms, keeps the time before the release, and writes one bag for each trial."""
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections import deque
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Annotated, NamedTuple
 
 from cdp_ident.bag import diagnostics
 from cdp_ident.bag.diagnostics import read_statuses
@@ -15,15 +17,36 @@ from cdp_ident.bag.writer import BagWriter
 from cdp_ident.errors import BagError, RigError
 from cdp_ident.model.weights import Weight
 from cdp_ident.rig.recording.bag_folder import BagFolder
-from cdp_ident.rig.recording.detector import End, EndDetector, ReleaseDetector
-from cdp_ident.rig.recording.facts import PositionReader, TrialFacts
-from cdp_ident.rig.recording.options import RecorderOptions
-from cdp_ident.rig.recording.pre_trigger import Message, PreTrigger
+from cdp_ident.rig.recording.detector import End, EndDetector, ReleaseDetector, TrialLimits
+from cdp_ident.rig.recording.facts import JointNames, PositionReader, TrialFacts
+from cdp_ident.user_input import Limits
 
 FLUSH_NS = 250_000_000
 """Messages older than this survive a kill of the process [ns]; a bag has one chunk for each such time."""
+_MOST_BYTES = 64_000_000
+"""Of messages from before a release: a minute at 5 kHz has so many."""
 
 IDLE, ARMED, RECORDING = "idle", "armed", "recording"
+
+
+@dataclass(frozen=True)
+class RecorderOptions:
+    """What to record, where, and what counts as a trial."""
+
+    folder: Path = Path("trials")
+    """Where bags go, each in a folder of its own."""
+    name: str = "trial"
+    """What names of bags begin with; the time follows."""
+    joints: JointNames = field(default_factory=JointNames)
+    limits: TrialLimits = field(default_factory=TrialLimits)
+    pre_trigger: Annotated[float, Limits(0.0, 60.0)] = 1.0
+    """How much from before the release is kept [s]."""
+    cart_limit: Annotated[float, Limits(0.0, 10.0)] = 0.002
+    """With more motion of the cart a trial is not zero-input [m]."""
+    shortest: Annotated[float, Limits(0.0, 3600.0)] = 5.0
+    """A shorter trial is of little use [s]."""
+    rearm: bool = False
+    """Arm at the start and after each trial without being asked."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +67,44 @@ class Surroundings:
     """Returns the weights that are clamped to the rods now."""
     offered: Callable[[str], Sequence[QosProfile]] = lambda _: OFFERED_QOS_PROFILES
     """Returns the quality of service that the publishers of a topic offer."""
+
+
+class Message(NamedTuple):
+    """A serialised message, as a recorder gets it."""
+
+    topic: str
+    message_type: str
+    received_ns: int
+    """Time of its receipt [ns since the epoch]."""
+    raw: bytes
+
+
+class PreTrigger:
+    """Keeps the messages of the last seconds."""
+
+    def __init__(self, duration: float) -> None:
+        """Keep messages for a duration [s], as far as they are not too large."""
+        self._duration_ns = duration * 1e9
+        self._messages: deque[Message] = deque()
+        self._bytes = 0
+
+    def __iter__(self) -> Iterator[Message]:
+        """Yield the messages, the oldest first."""
+        return iter(tuple(self._messages))
+
+    def keep(self, message: Message) -> None:
+        """Add a message, the newest one, and drop those that are older than the duration.
+
+        Messages from after it go too: they were received before the clock was set back.
+        """
+        now = message.received_ns
+        self._messages.append(message)
+        self._bytes += len(message.raw)
+        oldest = now - self._duration_ns
+        while not oldest <= self._messages[0].received_ns <= now or self._bytes > _MOST_BYTES:
+            self._bytes -= len(self._messages.popleft().raw)
+            if not self._messages:
+                return
 
 
 @dataclass

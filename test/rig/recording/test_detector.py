@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from cdp_ident.model.parameters import NOMINAL, physical_coefficients
-from cdp_ident.rig.emulator.motion import Motion
-from cdp_ident.rig.emulator.script import Hold, LetGo, Wait
+from cdp_ident.rig.emulator.motion import Hold, LetGo, Motion, Wait
 from cdp_ident.rig.recording.detector import End, EndDetector, ReleaseDetector, SlidingRange, TrialLimits
 
 PERIOD = 0.005

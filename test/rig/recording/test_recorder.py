@@ -18,10 +18,8 @@ from cdp_ident.bag.joint_state import MESSAGE_TYPE, serialize_joint_state, types
 from cdp_ident.bag.metadata import OFFERED_QOS_PROFILES
 from cdp_ident.errors import RigError
 from cdp_ident.model.parameters import NOMINAL, physical_coefficients
-from cdp_ident.rig.emulator.motion import Motion
-from cdp_ident.rig.emulator.script import Hold, LetGo, MoveCart, Wait
-from cdp_ident.rig.recording.options import RecorderOptions
-from cdp_ident.rig.recording.recorder import ARMED, IDLE, RECORDING, Recorder, Surroundings
+from cdp_ident.rig.emulator.motion import Hold, LetGo, Motion, MoveCart, Wait
+from cdp_ident.rig.recording.recorder import ARMED, IDLE, RECORDING, Recorder, RecorderOptions, Surroundings
 
 EPOCH_NS = 1_760_000_000_000_000_000
 PERIOD_NS = 5_000_000
@@ -158,7 +156,7 @@ def test_a_clock_that_is_set_back_leaves_nothing_behind_in_memory(tmp_path):
 
 
 def test_messages_from_before_a_start_are_kept_up_to_a_size(tmp_path, monkeypatch):
-    monkeypatch.setattr("cdp_ident.rig.recording.pre_trigger._MOST_BYTES", 10_000)
+    monkeypatch.setattr("cdp_ident.rig.recording.recorder._MOST_BYTES", 10_000)
     bench = Bench(tmp_path)
     bench.run(3.0)
     bag = bench.recorder.start(bench.now_ns)
@@ -382,7 +380,7 @@ START = """
 import sys
 from pathlib import Path
 from cdp_ident.rig.recording.recorder import Recorder, Surroundings
-from cdp_ident.rig.recording.options import RecorderOptions
+from cdp_ident.rig.recording.recorder import RecorderOptions
 sys.stdin.readline()
 recorder = Recorder(RecorderOptions(Path(sys.argv[1])), Surroundings(print))
 recorder._last_sample_ns = 10**18
