@@ -167,11 +167,7 @@ def fitted_yaml(report: Mapping[str, Any]) -> str:
 
 
 def read_fitted_model(path: Path, node: str) -> FittedModel:
-    """Read the model of a `fitted.yaml`, from the section for `node` or for every node.
-
-    Raises:
-        OptionError: the file cannot be read, or does not describe a model.
-    """
+    """Read the model of a file such as `fitted.yaml` that is meant for a node; raises as `fitted_model` does."""
     return fitted_model(read_parameter_file(path, node).taken(), str(path))
 
 
@@ -181,11 +177,7 @@ def fitted_model(given: Mapping[str, Any], where: str) -> FittedModel:
 
     They are named as `fitted_parameters` does: the physical parameters; the base parameters and A22, which are those of
     the physical parameters where they are not given; effects in SI units. Standard deviations and what was determined
-    are passed over.
-
-    Args:
-        given: values by name.
-        where: what the values stand in, for messages.
+    are passed over. `where` says what the values stand in, for messages.
 
     Raises:
         OptionError: a name is unknown (the message gives the nearest known one), or a value is missing or not possible.

@@ -83,13 +83,9 @@ class Settings:
         for group in ("known", "known_std"):
             values |= {f"{group}.{symbol}": float(value) for symbol, value in getattr(prior, group).items()}
         values["method"] = options.method or ""
-        sources = (("", options), ("trial.", self.trial), ("search.", options.search))
-        for name in KEYS:
-            if name not in values:
-                for prefix, source in sources:
-                    attribute = name.removeprefix(prefix)
-                    if name.startswith(prefix) and hasattr(source, attribute):
-                        values[name] = getattr(source, attribute)
+        for prefix, source in (("", options), ("trial.", self.trial), ("search.", options.search)):
+            of_source = {f"{prefix}{name}": value for name, value in vars(source).items()}
+            values |= {name: value for name, value in of_source.items() if name in KEYS and name not in values}
         for bag, weights in self.weights.items():
             for rod, weight in weights.items():
                 given = settings_of([weight]) if weight else {f"{ADDED}.{rod}": list(NOTHING)}

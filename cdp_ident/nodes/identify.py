@@ -50,7 +50,7 @@ def main(arguments: list[str]) -> int:
     if options.watch and options.once:
         raise OptionError("--watch goes on until Ctrl-C, so --once cannot go with it")
     with loading("identify"):
-        from cdp_ident.pipeline.identifier import Identifier, Request
+        from cdp_ident.pipeline.identifier import NODE_NAME, Identifier, Request
         from cdp_ident.pipeline.interruption import Interruption
         from cdp_ident.report.document import wide_console
     consoles = (wide_console(_WIDTH, stderr) for stderr in (False, True))
@@ -66,8 +66,9 @@ def main(arguments: list[str]) -> int:
         return 0
     _require_ros()
     with loading("identify"):
-        from cdp_ident.nodes.identify_node import run_identify_node
-    return run_identify_node(identifier, options.once, arguments)
+        from cdp_ident.nodes.identify_node import IdentifyNode
+        from cdp_ident.ros.node import run_node
+    return run_node(NODE_NAME, lambda node, declared: IdentifyNode(node, declared, identifier, options.once), arguments)
 
 
 def _require_ros() -> None:

@@ -3,7 +3,6 @@
 """The ROS side of `identify`: parameters, the service to identify again, and the state."""
 
 import threading
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -15,13 +14,13 @@ from cdp_ident.configuration.keys import description_of, is_key
 from cdp_ident.configuration.settings import Settings, is_result
 from cdp_ident.errors import CdpIdentError, OptionError
 from cdp_ident.outside_text import shown, utf_8
-from cdp_ident.pipeline.identifier import BAGS, NODE_NAME, Identifier
+from cdp_ident.pipeline.identifier import BAGS, Identifier
 from cdp_ident.pipeline.interruption import Interruption
 from cdp_ident.report.outcome import LoadedJob
 from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import summary
 from cdp_ident.rig.health import Health, Level
-from cdp_ident.ros.node import call_every, diagnose, run_node, serve
+from cdp_ident.ros.node import call_every, diagnose, serve
 from cdp_ident.ros.parameters import Parameters
 from cdp_ident.ros.topics import latched
 from cdp_ident.user_input import user_path
@@ -173,12 +172,3 @@ class IdentifyNode:
         names = {shown.name for shown in values}
         self._parameters.show(values, gone=self._shown - names)
         self._shown = names
-
-
-def run_identify_node(identifier: Identifier, once: bool, arguments: Sequence[str]) -> int:
-    """Run the node until it is asked to end, or `once` until it has identified; return the exit code."""
-
-    def make(node: Any, parameters: Parameters) -> IdentifyNode:
-        return IdentifyNode(node, parameters, identifier, once)
-
-    return run_node(NODE_NAME, make, arguments)

@@ -15,7 +15,8 @@ from cdp_ident.model.weight_settings import ADDED, ADDED_STD, DESCRIPTIONS, NAME
 from cdp_ident.model.weights import RODS, Weight
 from cdp_ident.outside_text import shown, utf_8
 from cdp_ident.rig.health import Health, Level
-from cdp_ident.rig.recording.recorder import FLUSH_NS, Recorder, RecorderOptions, Surroundings
+from cdp_ident.rig.recording.facts import RecorderOptions
+from cdp_ident.rig.recording.recorder import FLUSH_NS, Recorder, Surroundings
 from cdp_ident.ros.node import call_every, diagnose, parse_arguments, run_node, serve
 from cdp_ident.ros.parameters import Parameters
 from cdp_ident.ros.topics import Subscription, latched, offered

@@ -121,15 +121,9 @@ class Playing:
         make_scene: Callable[[FittedModel], Scene],
         end: Callable[[int], None],
     ) -> None:
-        """Play nothing yet.
+        """Play nothing yet; `once` says whether the node ends with it, by calling `end` with its exit code.
 
-        Args:
-            clock: the node's.
-            frames: publishes what is shown.
-            pace: how it is played.
-            once: whether the node ends with it.
-            make_scene: called for the first model, and again where the motion is to begin with another scene.
-            end: called with the process's exit code where the node is to end.
+        `make_scene` is called for the first model, and again where the motion is to begin with another scene.
         """
         self._clock, self._frames, self._pace, self._make_scene, self._end = clock, frames, pace, make_scene, end
         self._once = once
@@ -168,21 +162,16 @@ class Playing:
         self._model = model
         self._change(lambda player: player.take_model(model))
 
-    def take_rate(self, rate: float) -> None:
-        """Go on at another rate."""
-        self._pace.rate = rate
-        self._change(lambda player: player.take_rate(rate))
-
-    def take_loop(self, loop: bool) -> None:
-        """Begin anew at the end, or not."""
-        self._pace.loop = loop
-        self._change(lambda player: player.take_loop(loop))
+    def take_pace(self, name: str, value: Any) -> None:
+        """Go on with another value of what is changeable in `Pace`."""
+        setattr(self._pace, name, value)
+        self._change(lambda player: player.take_rate(value) if name == "rate" else player.take_loop(value))
 
     def begin_anew(self) -> None:
         """Play another scene from its beginning."""
         with self._lock:
             self._drop_player()
-        self._change(lambda player: None)
+        self._change()
 
     def reset(self) -> None:
         """Go to the beginning."""
@@ -191,7 +180,7 @@ class Playing:
     def pause(self) -> None:
         """Stop where it is."""
         self._paused = True
-        self._change(lambda player: None)
+        self._change()
 
     def resume(self) -> None:
         """Go on from where it is."""
@@ -208,7 +197,7 @@ class Playing:
         self._wake.set()
         self._thread.join(5.0)
 
-    def _change(self, what: Callable[[Player], None]) -> None:
+    def _change(self, what: Callable[[Player], None] = lambda _: None) -> None:
         """Change the player; where there is none yet, or none any more, make it of the present model and settings."""
         with self._lock:
             if self._model is not None:

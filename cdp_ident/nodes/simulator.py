@@ -140,10 +140,8 @@ class Simulator:
         if not isinstance(self._show, Playing):
             return
         for parameter in changed:
-            if parameter.name == "rate":
-                self._show.take_rate(parameter.value)
-            elif parameter.name == "loop":
-                self._show.take_loop(parameter.value)
+            if parameter.name in ("rate", "loop"):
+                self._show.take_pace(parameter.name, parameter.value)
         if any(parameter.name.startswith(_START) for parameter in changed):
             self._show.begin_anew()
 
@@ -191,11 +189,8 @@ def _refuse_contradictions(
 def main(arguments: list[str]) -> int:
     """Run the simulator."""
     options = parse_arguments(_parser(), arguments)
-
-    def make(node: Any, parameters: Parameters) -> Simulator:
-        return Simulator(node, parameters, options.bag, options.fitted, options.once)
-
-    return run_node(NODE_NAME, make, arguments)
+    given = (options.bag, options.fitted, options.once)
+    return run_node(NODE_NAME, lambda node, parameters: Simulator(node, parameters, *given), arguments)
 
 
 def _parser() -> ArgumentParser:

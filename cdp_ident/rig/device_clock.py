@@ -189,11 +189,7 @@ def median_slope(x: Array, y: Array) -> tuple[float, float, float]:
 
     The slope is Theil's (1950). The interval is Sen's (J. Am. Stat. Assoc. 63, 1968): Kendall's rank correlation of
     what the line leaves is none within it. `scipy.stats.theilslopes` gives the same, but to load it takes longer than
-    all else of a driver, whose samples wait meanwhile.
-
-    Args:
-        x: strictly increasing, two at least.
-        y: among which there may be equal ones.
+    all else of a driver, whose samples wait meanwhile. x increases strictly, and has two values at least.
     """
     earlier, later = np.triu_indices(len(x), 1)
     slopes = np.sort((y[later] - y[earlier]) / (x[later] - x[earlier]))

@@ -24,7 +24,6 @@ _REST_US = round(REST_SECONDS * 1e6)
 _BELIEVED_AFTER = 3
 """A jump past the slew limit is believed when this many samples in a row agree on it."""
 
-_ZERO_KEYS = ("cart_counts", "inner_counts", "outer_counts", "sequence", "taken_at_ns")
 _LARGEST_COUNT = 2.0**63
 _NEW_ZERO = "delete it, let the pendulum hang and call ~/zero_hanging"
 
@@ -178,16 +177,22 @@ def _seconds(before: _Counted, after: _Counted) -> float:
     return ((after.time_us - before.time_us) & UNSIGNED_32) * 1e-6
 
 
-@dataclass(frozen=True)
-class Zero:
+class Zero(NamedTuple):
     """Counts at rest, hanging; and when they were taken, to know whether the device has run on since."""
 
-    counts: Triple
-    """Cart, inner, outer; the mean over a second, so not whole numbers."""
+    cart_counts: float
+    """The mean over a second, so no whole number; likewise the next two."""
+    inner_counts: float
+    outer_counts: float
     sequence: int
     """Sequence number of the device at that time."""
     taken_at_ns: int
     """Host's time [ns since the epoch]."""
+
+    @property
+    def counts(self) -> Triple:
+        """Those of cart, inner and outer encoder."""
+        return self[:3]
 
     def is_of_this_run(self, sequence: int, now_ns: int, period_us: int) -> bool:
         """Tell whether the device's sequence number says that it was not reset since the zero was taken."""
@@ -209,22 +214,19 @@ def load_zero(path: Path) -> Zero | None:
         return None
     except (OSError, ValueError) as error:
         raise RigError(f"the zero kept in {path} cannot be read: {error}; {_NEW_ZERO}") from error
-    if not isinstance(content, dict) or set(content) != set(_ZERO_KEYS):
-        raise RigError(f"the zero kept in {path} has not the keys {', '.join(_ZERO_KEYS)}; {_NEW_ZERO}")
+    if not isinstance(content, dict) or set(content) != set(Zero._fields):
+        raise RigError(f"the zero kept in {path} has not the keys {', '.join(Zero._fields)}; {_NEW_ZERO}")
     try:
-        cart, inner, outer, *_ = (
-            number(content[key], key, minimum=-_LARGEST_COUNT, maximum=_LARGEST_COUNT) for key in _ZERO_KEYS
-        )
+        cart, inner, outer, *_ = (number(content[key], key, -_LARGEST_COUNT, _LARGEST_COUNT) for key in Zero._fields)
     except OptionError as error:
         raise RigError(f"the zero kept in {path} holds something that is not a number: {error}; {_NEW_ZERO}") from error
-    return Zero((cart, inner, outer), int(content["sequence"]), int(content["taken_at_ns"]))
+    return Zero(cart, inner, outer, int(content["sequence"]), int(content["taken_at_ns"]))
 
 
 def save_zero(path: Path, zero: Zero) -> None:
     """Keep a zero in a file, which is replaced as a whole. Raises `RigError` where it cannot be written."""
-    content = dict(zip(_ZERO_KEYS, (*zero.counts, zero.sequence, zero.taken_at_ns), strict=True))
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_whole({path: yaml.safe_dump(content, sort_keys=False).encode()})
+        write_whole({path: yaml.safe_dump(zero._asdict(), sort_keys=False).encode()})
     except OSError as error:
         raise RigError(f"the zero cannot be kept in {path}: {error.strerror or error}") from error

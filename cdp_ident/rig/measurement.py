@@ -115,7 +115,7 @@ class MeasurementStream:
             sample, stamp = self._last
             self._tracker.zero = counts
             self._totals.zero, self._totals.zero_counts, self._unchecked_zero = "", counts, None
-            return Zero(counts, sample.sequence, stamp)
+            return Zero(*counts, sample.sequence, stamp)
 
     def _doubt_zero(self) -> None:
         self._totals.zero, self._unchecked_zero = "the device was reset since it was taken", None

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Nodes as processes, and a node of the test's own that listens to them."""
 
+import re
 import signal
 import subprocess
 import sys
@@ -208,12 +209,30 @@ def start(tmp_path):
 
 
 @pytest.fixture
+def refused(capfd):
+    """Run in this process a node that must not start; return the one line with which it ends."""
+
+    def run(main, *arguments):
+        assert main(arguments) == 2
+        (line,) = [line for line in capfd.readouterr().err.splitlines() if not line.startswith("[INFO]")]
+        assert re.match(r"\w+: error: ", line)
+        return line
+
+    return run
+
+
+def of_ros(*parameters):
+    """Return parameters as ROS's arguments."""
+    return ["--ros-args", *(word for parameter in parameters for word in ("-p", parameter))]
+
+
+@pytest.fixture
 def start_driver(start, tmp_path):
     """Start a driver for the port tmp_path/tty whose zero is kept in tmp_path/zero.yaml."""
 
     def start_one(*parameters, port="tty"):
         given = [f"port:={tmp_path / port}", f"zero_file:={tmp_path / 'zero.yaml'}", *parameters]
-        return start("driver", "--ros-args", *(word for parameter in given for word in ("-p", parameter)))
+        return start("driver", *of_ros(*given))
 
     return start_one
 

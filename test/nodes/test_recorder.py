@@ -107,15 +107,8 @@ def test_an_impossible_weight_is_refused_and_none_is_the_default(listener, start
         assert "recorder.added.outer is" in reason
 
 
-def refused(capfd, *arguments):
-    """Return the one line with which a recorder ends that is given these arguments of ROS."""
-    assert main(["--ros-args", *arguments]) == 2
-    (line,) = capfd.readouterr().err.splitlines()
-    return line
-
-
-def test_a_recorder_with_an_impossible_weight_does_not_start(capfd, tmp_path):
-    said = refused(capfd, "-p", f"folder:={tmp_path / 'trials'}", "-p", "added.outer:=[0.05]")
+def test_a_recorder_with_an_impossible_weight_does_not_start(refused, tmp_path):
+    said = refused(main, "--ros-args", "-p", f"folder:={tmp_path / 'trials'}", "-p", "added.outer:=[0.05]")
     assert "recorder.added.outer is [0.05]; expected [mass in kg, place in m]" in said
 
 

@@ -115,12 +115,12 @@ def test_the_greeting_tells_the_counts_that_the_user_did_not():
         half.scales(None)
 
 
-ZERO = Zero((1.5, -2.25, 1e9), 4_000_000_000, 1_760_000_000_000_000_000)
+ZERO = Zero(1.5, -2.25, 1e9, 4_000_000_000, 1_760_000_000_000_000_000)
 
 
 def test_a_zero_is_kept(tmp_path):
     path = tmp_path / "new" / "zero.yaml"
-    save_zero(path, Zero((0.0, 0.0, 0.0), 1, 2))
+    save_zero(path, Zero(0.0, 0.0, 0.0, 1, 2))
     save_zero(path, ZERO)
     assert load_zero(path) == ZERO
     assert list(path.parent.iterdir()) == [path]

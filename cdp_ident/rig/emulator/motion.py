@@ -111,8 +111,7 @@ class DrivenCart:
     def advance(self, times: Array) -> tuple[Array, Array]:
         """Go on by one period of the device; return the cart's positions [m] and accelerations [m/s^2] at times in it.
 
-        Args:
-            times: (n,) [s] from now on, ascending; the last one is the period's end.
+        The times (n,) [s] count from now on and ascend; the last one is the period's end.
         """
         period, lag, begin = float(times[-1]), self._drive.lag, self._set_point
         u = (self._next_speed(period) - self._speed) / period
@@ -175,14 +174,9 @@ class Motion:
         effects: ActingEffects = NO_EFFECTS,
         cart: DrivenCart | None = None,
     ) -> None:
-        """Begin hanging at rest.
+        """Begin hanging at rest; coefficients and effects are those of `simulate`, samples come every `period` [s].
 
-        Args:
-            coefficients: those of `simulate`, as are `effects`.
-            script: what the hand does, and the cart, unless it is driven.
-            period: time between samples [s].
-            effects: that act.
-            cart: moves as its drive is commanded.
+        The script says what the hand does, and the cart, unless a `cart` is given that its drive moves.
         """
         self._coefficients = coefficients
         self._effects = effects.only(lambda effect: effect.moves)

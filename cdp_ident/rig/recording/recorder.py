@@ -3,11 +3,11 @@
 """Records trials: arms, keeps the time before the release, and writes one bag for each trial."""
 
 from collections import deque
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import NamedTuple
 
 from cdp_ident.bag import diagnostics
 from cdp_ident.bag.diagnostics import read_statuses
@@ -17,9 +17,8 @@ from cdp_ident.bag.writer import BagWriter
 from cdp_ident.errors import BagError, RigError
 from cdp_ident.model.weights import Weight
 from cdp_ident.rig.recording.bag_folder import BagFolder
-from cdp_ident.rig.recording.detector import End, EndDetector, ReleaseDetector, TrialLimits
-from cdp_ident.rig.recording.facts import JointNames, PositionReader, TrialFacts
-from cdp_ident.user_input import Limits
+from cdp_ident.rig.recording.detector import End, EndDetector, ReleaseDetector
+from cdp_ident.rig.recording.facts import PositionReader, RecorderOptions, TrialFacts
 
 FLUSH_NS = 250_000_000
 """Messages older than this survive a kill of the process [ns]; a bag has one chunk for each such time."""
@@ -27,26 +26,6 @@ _MOST_BYTES = 64_000_000
 """Of messages from before a release: a minute at 5 kHz has so many."""
 
 IDLE, ARMED, RECORDING = "idle", "armed", "recording"
-
-
-@dataclass(frozen=True)
-class RecorderOptions:
-    """What to record, where, and what counts as a trial."""
-
-    folder: Path = Path("trials")
-    """Where bags go, each in a folder of its own."""
-    name: str = "trial"
-    """What names of bags begin with; the time follows."""
-    joints: JointNames = field(default_factory=JointNames)
-    limits: TrialLimits = field(default_factory=TrialLimits)
-    pre_trigger: Annotated[float, Limits(0.0, 60.0)] = 1.0
-    """How much from before the release is kept [s]."""
-    cart_limit: Annotated[float, Limits(0.0, 10.0)] = 0.002
-    """With more motion of the cart a trial is not zero-input [m]."""
-    shortest: Annotated[float, Limits(0.0, 3600.0)] = 5.0
-    """A shorter trial is of little use [s]."""
-    rearm: bool = False
-    """Arm at the start and after each trial without being asked."""
 
 
 @dataclass(frozen=True)
@@ -79,34 +58,6 @@ class Message(NamedTuple):
     raw: bytes
 
 
-class PreTrigger:
-    """Keeps the messages of the last seconds."""
-
-    def __init__(self, duration: float) -> None:
-        """Keep messages for a duration [s], as far as they are not too large."""
-        self._duration_ns = duration * 1e9
-        self._messages: deque[Message] = deque()
-        self._bytes = 0
-
-    def __iter__(self) -> Iterator[Message]:
-        """Yield the messages, the oldest first."""
-        return iter(tuple(self._messages))
-
-    def keep(self, message: Message) -> None:
-        """Add a message, the newest one, and drop those that are older than the duration.
-
-        Messages from after it go too: they were received before the clock was set back.
-        """
-        now = message.received_ns
-        self._messages.append(message)
-        self._bytes += len(message.raw)
-        oldest = now - self._duration_ns
-        while not oldest <= self._messages[0].received_ns <= now or self._bytes > _MOST_BYTES:
-            self._bytes -= len(self._messages.popleft().raw)
-            if not self._messages:
-                return
-
-
 @dataclass
 class _Trial:
     writer: BagWriter
@@ -124,6 +75,8 @@ class Recorder:
         Raises `RigError` where the folder cannot be written, or the bags' name is none.
         """
         self._bags = BagFolder(options.folder, options.name)
+        self.folder = self._bags.path
+        """Where bags go."""
         self.state = IDLE
         self.problem = ""
         """What kept the last trial from being recorded; empty where nothing did."""
@@ -135,7 +88,9 @@ class Recorder:
         self._check_folder()
         self._reader = PositionReader(options.joints)
         self._release = ReleaseDetector(options.limits)
-        self._before = PreTrigger(options.pre_trigger)
+        self._before: deque[Message] = deque()
+        """The messages of the last seconds, some of which belong to the next trial too."""
+        self._bytes_before = 0
         self._rig: dict[str, str] = {}
         self._trial: _Trial | None = None
         self._last_sample_ns: int | None = None
@@ -149,11 +104,6 @@ class Recorder:
         surroundings.on_state(self.state)
         if options.rearm:
             self.arm()
-
-    @property
-    def folder(self) -> Path:
-        """Where bags go."""
-        return self._bags.path
 
     def hears_joint_states(self, now_ns: int) -> bool:
         """Return whether positions of the pendulum came lately."""
@@ -208,7 +158,7 @@ class Recorder:
         message = Message(topic, message_type, received_ns, raw)
         if self._trial is not None:
             self._write(message)
-        self._before.keep(message)
+        self._keep(message)
         if message_type == MESSAGE_TYPE:
             self._take_sample(message)
         elif message_type == diagnostics.MESSAGE_TYPE:
@@ -228,6 +178,18 @@ class Recorder:
         if not self.hears_joint_states(now_ns):
             with suppress(RigError):
                 self._finish(End.SILENCE)
+
+    def _keep(self, message: Message) -> None:
+        """Keep a message for a trial that begins soon after it; drop those that are too old, or too many.
+
+        Messages from after it go too: they were received before the clock was set back.
+        """
+        now, before = message.received_ns, self._before
+        before.append(message)
+        self._bytes_before += len(message.raw)
+        oldest = now - self._options.pre_trigger * 1e9
+        while before and (not oldest <= before[0].received_ns <= now or self._bytes_before > _MOST_BYTES):
+            self._bytes_before -= len(before.popleft().raw)
 
     def _check_folder(self) -> None:
         if self._bags.check():
@@ -253,7 +215,7 @@ class Recorder:
             if released and not self._trial.facts.started_by_hand:
                 end = End.CAUGHT
             if end is not None:
-                with suppress(RigError):
+                with suppress(RigError):  # it was said
                     self._finish(end)
         if released and self.state == ARMED:
             with suppress(RigError):
@@ -273,10 +235,10 @@ class Recorder:
         except BagError as error:
             self._fail_with(str(error))
             raise RigError(str(error)) from error
-        facts = TrialFacts(options.cart_limit, options.shortest, stamp_ns, by_hand, weights=self._around.weights())
+        facts = TrialFacts(options, stamp_ns, by_hand, weights=self._around.weights())
         self._trial = _Trial(writer, EndDetector(options.limits, stamp_ns, not by_hand), facts, now_ns)
         self.problem = ""
-        for message in self._before:
+        for message in tuple(self._before):
             self._write(message)
             if message.message_type == MESSAGE_TYPE and (position := self._reader.read(message.raw)):
                 facts.take(position)
@@ -308,7 +270,7 @@ class Recorder:
         self._trial = None
         trial.facts.rig = self._rig
         try:
-            trial.writer.close(trial.facts.as_metadata(end, self._parameters()))
+            trial.writer.close(trial.facts.as_metadata(end))
         except BagError as error:
             self._fail_with(f"{error}; what is on the disk is completed at the recorder's next start")
             raise RigError(str(error)) from error
@@ -331,7 +293,7 @@ class Recorder:
         self._fail_with(f"{error}; recording stops, what is on the disk is kept")
         if trial is not None:
             try:
-                trial.writer.close(trial.facts.as_metadata(End.FAILED, self._parameters()))
+                trial.writer.close(trial.facts.as_metadata(End.FAILED))
             except BagError:
                 if trial.writer.folder.is_dir():
                     self._warn(f"{trial.writer.folder} is completed at the recorder's next start")
@@ -340,15 +302,6 @@ class Recorder:
         self.problem = problem
         self._warn(problem)
         self._set_state(IDLE)
-
-    def _parameters(self) -> Mapping[str, object]:
-        options = self._options
-        return {
-            **vars(options.limits),
-            "pre_trigger": options.pre_trigger,
-            "cart_limit": options.cart_limit,
-            "shortest": options.shortest,
-        }
 
     def _set_state(self, state: str) -> None:
         if state != self.state:

@@ -19,7 +19,8 @@ from cdp_ident.bag.metadata import OFFERED_QOS_PROFILES
 from cdp_ident.errors import RigError
 from cdp_ident.model.parameters import NOMINAL, physical_coefficients
 from cdp_ident.rig.emulator.motion import Hold, LetGo, Motion, MoveCart, Wait
-from cdp_ident.rig.recording.recorder import ARMED, IDLE, RECORDING, Recorder, RecorderOptions, Surroundings
+from cdp_ident.rig.recording.facts import RecorderOptions
+from cdp_ident.rig.recording.recorder import ARMED, IDLE, RECORDING, Recorder, Surroundings
 
 EPOCH_NS = 1_760_000_000_000_000_000
 PERIOD_NS = 5_000_000
@@ -380,7 +381,7 @@ START = """
 import sys
 from pathlib import Path
 from cdp_ident.rig.recording.recorder import Recorder, Surroundings
-from cdp_ident.rig.recording.recorder import RecorderOptions
+from cdp_ident.rig.recording.facts import RecorderOptions
 sys.stdin.readline()
 recorder = Recorder(RecorderOptions(Path(sys.argv[1])), Surroundings(print))
 recorder._last_sample_ns = 10**18
