@@ -21,7 +21,7 @@ ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
 
 from cdp_ident.configuration.described import Described  # noqa: E402
-from cdp_ident.configuration.keys import KEYS  # noqa: E402
+from cdp_ident.configuration.settings import KEYS  # noqa: E402
 from cdp_ident.nodes import driver, emulator, identify, identify_node, recorder, simulator  # noqa: E402
 from cdp_ident.pipeline.identifier import Identifier, Request  # noqa: E402
 from cdp_ident.rig.emulator.cable import Faults  # noqa: E402

@@ -1,29 +1,97 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""From names and values to the options that the library takes, and back."""
+"""All settings of an identification by their keys: from names and values to the options of the library, and back.
+
+The defaults, and most descriptions, are those of the dataclasses that the values end up in.
+"""
 
 import math
+import re
 from array import array
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from cdp_ident.configuration.described import Described
+from cdp_ident.configuration.described import Described, described_fields
 from cdp_ident.configuration.fitted_model import is_shown
-from cdp_ident.configuration.keys import KEYS, WEIGHTS, Scalar, is_key, weight_name
 from cdp_ident.errors import OptionError
+from cdp_ident.fit.objective import SHORT_IGA
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
-from cdp_ident.model.parameters import CONSTANTS, NOMINAL, SYMBOLS
-from cdp_ident.model.weight_settings import ADDED, ADDED_STD, NOTHING, settings_of, weights_of
+from cdp_ident.model.parameters import CONSTANTS, NOMINAL, PARAMETERS, SYMBOLS
+from cdp_ident.model.weight_settings import ADDED, ADDED_STD, DESCRIPTIONS, NOTHING, settings_of, weights_of
 from cdp_ident.model.weights import RODS, Rod, Weight
 from cdp_ident.outside_text import shown
+from cdp_ident.search.options import METHODS
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.user_input import quoted, refuse_unknown
 
+Scalar = bool | int | float | str
+
+WEIGHTS = "trials."
+"""What the names of weights on the rods in a trial begin with; the name of its bag follows."""
+_OF_WEIGHT = re.compile(rf"{re.escape(WEIGHTS)}(.+)\.(({ADDED}|{ADDED}_std)\.({'|'.join(RODS)}))")
+_METHOD = Described(
+    "method",
+    "",
+    "the paper's search in full, by name; empty: the improved one, cut short, as the fit takes over from it",
+    choices=("", *METHODS),
+)
 _BELIEVED: dict[type, tuple[float, float]] = {int: (1, 2**63 - 1), float: (1e-12, 1e12)}
 """Smallest and largest number that somebody may mean, beside 0 and infinity."""
-_PRIOR = ("nominal", "lower", "upper", "known", "known_std")
+_PRIOR = {
+    "nominal": "estimate: {0.description}",
+    "lower": "lower limit of the search for {0.symbol}; {0.lower_factor:g} times its nominal value if not given",
+    "upper": "upper limit of the search for {0.symbol}; {0.upper_factor:g} times its nominal value if not given",
+    "known": "weighed or measured, takes the nominal value's place: {0.description}",
+    "known_std": "standard deviation of known.{0.symbol}; 1 % of it if not given",
+}
+"""What `Prior` has of each parameter, and what is said of it."""
+
+
+def _physical() -> Iterator[Described]:
+    for constant in CONSTANTS:
+        yield Described(constant.symbol, constant.nominal, constant.description, constant.unit, 0.0)
+    for group, text in _PRIOR.items():
+        for parameter in PARAMETERS:
+            factors = {"nominal": 1.0, "lower": parameter.lower_factor, "upper": parameter.upper_factor}
+            default = parameter.nominal * factors[group] if group in factors else None
+            yield Described(f"{group}.{parameter.symbol}", default, text.format(parameter), parameter.unit, 0.0)
+
+
+def _of_options(options: Any, prefix: str) -> Iterator[Described]:
+    return (key for key in described_fields(options, prefix) if isinstance(key.value, Scalar))
+
+
+KEYS = {
+    key.name: key
+    for key in (
+        *_physical(),
+        _METHOD,
+        *_of_options(IdentifyOptions(), ""),
+        *_of_options(TrialOptions(), "trial."),
+        *_of_options(SHORT_IGA, "search."),  # without any told, what they are depends on the method
+    )
+}
+"""Every key by its name."""
+
+
+def is_key(name: str) -> bool:
+    """Return whether a name is one of `KEYS`, or that of a weight."""
+    return name in KEYS or weight_name(name) is not None
+
+
+def weight_name(name: str) -> tuple[str, str] | None:
+    """Return bag and `added.<rod>` or `added_std.<rod>` of the name of a weight; None of another name."""
+    found = _OF_WEIGHT.fullmatch(name)
+    return (found[1], found[2]) if found else None
+
+
+def description_of(name: str) -> Described:
+    """Return the key of a name; of a weight, whose value is a list of numbers, what each of them is."""
+    if (found := _OF_WEIGHT.fullmatch(name)) is None:
+        return KEYS[name]
+    return Described(name, None, f"{found[1]}: {DESCRIPTIONS[found[3]].format(rod=found[4])}")
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,7 @@ from std_msgs.msg import String
 
 from cdp_ident.command_line import EXIT_INTERRUPTED
 from cdp_ident.configuration.fitted_model import fitted_parameters
-from cdp_ident.configuration.keys import description_of, is_key
-from cdp_ident.configuration.settings import Settings, is_result
+from cdp_ident.configuration.settings import Settings, description_of, is_key, is_result
 from cdp_ident.errors import CdpIdentError, OptionError
 from cdp_ident.outside_text import shown, utf_8
 from cdp_ident.pipeline.identifier import BAGS, Identifier

@@ -10,9 +10,8 @@ from typing import Any
 
 from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.configuration.fitted_model import FittedModel, describes_model, fitted_model
-from cdp_ident.configuration.keys import KEYS
 from cdp_ident.configuration.parameter_file import read_parameter_file
-from cdp_ident.configuration.settings import Settings
+from cdp_ident.configuration.settings import KEYS, Settings
 from cdp_ident.errors import OptionError
 from cdp_ident.model.parameters import NOMINAL
 from cdp_ident.nodes.showing import FramePublisher, Pace, Playing, Shadowing

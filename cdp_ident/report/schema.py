@@ -11,7 +11,7 @@ from typing import Any
 
 from jsonschema import Draft202012Validator
 
-from cdp_ident.configuration.keys import KEYS, WEIGHTS
+from cdp_ident.configuration.settings import KEYS, WEIGHTS
 from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, SYMBOLS
 from cdp_ident.outside_text import shown

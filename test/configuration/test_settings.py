@@ -12,9 +12,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cdp_ident.configuration.keys import KEYS, description_of, is_key
 from cdp_ident.configuration.parameter_file import read_parameter_file
-from cdp_ident.configuration.settings import Settings, without_results
+from cdp_ident.configuration.settings import KEYS, Settings, description_of, is_key, without_results
 from cdp_ident.errors import OptionError
 from cdp_ident.fit.objective import SHORT_IGA
 from cdp_ident.fit.options import IdentifyOptions

@@ -3,9 +3,10 @@
 """Records trials: arms, keeps the time before the release, and writes one bag for each trial."""
 
 from collections import deque
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,10 +14,12 @@ from cdp_ident.bag import diagnostics
 from cdp_ident.bag.diagnostics import read_statuses
 from cdp_ident.bag.joint_state import MESSAGE_TYPE
 from cdp_ident.bag.metadata import OFFERED_QOS_PROFILES, QosProfile
+from cdp_ident.bag.salvage import Salvaged, complete_bag, is_incomplete
 from cdp_ident.bag.writer import BagWriter
 from cdp_ident.errors import BagError, RigError
+from cdp_ident.free_space import free_space
 from cdp_ident.model.weights import Weight
-from cdp_ident.rig.recording.bag_folder import BagFolder
+from cdp_ident.outside_text import shown
 from cdp_ident.rig.recording.detector import End, EndDetector, ReleaseDetector
 from cdp_ident.rig.recording.facts import PositionReader, RecorderOptions, TrialFacts
 
@@ -24,6 +27,10 @@ FLUSH_NS = 250_000_000
 """Messages older than this survive a kill of the process [ns]; a bag has one chunk for each such time."""
 _MOST_BYTES = 64_000_000
 """Of messages from before a release: a minute at 5 kHz has so many."""
+_LONGEST_NAME = 200
+"""Bytes; file systems take 255, and the time and endings follow."""
+_LEAST_FREE = 50_000_000
+"""Least free space on the disk [bytes]: ten minutes at 1 kHz need more."""
 
 IDLE, ARMED, RECORDING = "idle", "armed", "recording"
 
@@ -56,6 +63,66 @@ class Message(NamedTuple):
     received_ns: int
     """Time of its receipt [ns since the epoch]."""
     raw: bytes
+
+
+class BagFolder:
+    """Makes bags in a folder, each in a folder of its own."""
+
+    def __init__(self, path: Path, name: str) -> None:
+        """Take a folder `path` for bags; their names are `name` and the time. Raises `RigError` where that is none."""
+        if not _is_name(name):
+            raise RigError(f"{shown(name)!r} is no name for bags: expected a name without folders")
+        self.path = path.absolute()
+        self._name = name
+
+    def check(self) -> bool:
+        """Make the folder if it is missing; return whether it was. Raises `RigError` where nothing can be written."""
+        folder = self.path
+        try:
+            missing = not folder.exists()
+            folder.mkdir(parents=True, exist_ok=True)
+            free = free_space(folder)
+        except OSError as error:
+            raise RigError(f"nothing can be recorded in {folder}: {error.strerror or error}") from error
+        if free < _LEAST_FREE:
+            raise RigError(f"nothing can be recorded in {folder}: only {free / 1e6:.0f} MB are free on its disk")
+        return missing
+
+    def new_bag(self, now_ns: int) -> BagWriter:
+        """Begin a bag at a time [ns since the epoch], whichever other recorders begin theirs in the same second.
+
+        Raises `BagError` where it cannot be made.
+        """
+        when = datetime.fromtimestamp(now_ns * 1e-9).astimezone().strftime("%Y%m%d_%H%M%S")
+        name = f"{self._name}_{when}"
+        folder, number = self.path / name, 1
+        while True:
+            try:
+                return BagWriter(folder)
+            except BagError as error:
+                if not isinstance(error.__cause__, FileExistsError):
+                    raise
+            number += 1
+            folder = self.path / f"{name}_{number}"
+
+    def complete_unfinished(self) -> Iterator[Salvaged | BagError]:
+        """Complete the bags that a recorder left unfinished; yield each, or why it is left as it is."""
+        try:
+            folders = sorted(path for path in self.path.iterdir() if path.is_dir())
+        except OSError as error:
+            yield BagError(f"{self.path} cannot be read: {error.strerror or error}")
+            return
+        for folder in folders:
+            try:
+                if is_incomplete(folder) and (salvaged := complete_bag(folder)):
+                    yield salvaged
+            except BagError as error:
+                yield error
+
+
+def _is_name(name: str) -> bool:
+    """Return whether a text can begin the names of folders and does not lead to another folder."""
+    return name.isprintable() and 0 < len(name.encode()) <= _LONGEST_NAME and name[0] != "." and Path(name).name == name
 
 
 @dataclass
