@@ -81,16 +81,12 @@ def main(arguments: list[str]) -> int:
     rig = load_rig(options.rig) if options.rig else EmulatedRig()
 
     def make(node: Any, _parameters: Parameters) -> Emulator:
+        codec, generator = CODECS[options.codec](), np.random.default_rng(options.seed)
+        faults, events = made_of(options, Faults), made_of(options, Events)
         # It may compile for a while: by now signals are only noted, and none is lost in compiled code's callbacks.
-        return Emulator(node, _emulation(rig, options))
+        return Emulator(node, Emulation(rig, options.link, codec, generator, faults, events, options.speed))
 
     return run_node("emulator", make, arguments)
-
-
-def _emulation(rig: EmulatedRig, options: argparse.Namespace) -> Emulation:
-    codec, generator = CODECS[options.codec](), np.random.default_rng(options.seed)
-    faults, events = made_of(options, Faults), made_of(options, Events)
-    return Emulation(rig, options.link, codec, generator, faults, events, options.speed)
 
 
 def _parser() -> ArgumentParser:

@@ -55,8 +55,8 @@ class DeviceClock:
         rates: the offset found in the warm-up is kept.
         """
         self._simulated = simulated
-        self._origin_ns: int | None = None
-        self._first_us = 0
+        self._origin_ns = self._first_us = 0
+        """The host's time when the first sample arrived, and the device's own of it."""
         self._last_us: int | None = None
         self._unrolled_us = 0
         self._bucket_end = 0.0
@@ -82,15 +82,15 @@ class DeviceClock:
             return True
         if self._anchor is None or self._simulated:
             return False
-        device = self._device(time_us)
+        device = (self._unrolled_us + ((time_us - self._last_us) & UNSIGNED_32)) * 1e-6
         early = self._offset(device) - self._delay(device, arrival_ns) > _EARLY
         return early or self._late_buckets * _BUCKET > _LATE_FOR
 
     def observe(self, time_us: int, arrival_ns: int) -> None:
         """Take the device's time of a sample and the host's time when it arrived, in the order of the device."""
-        if self._origin_ns is None:
-            self._origin_ns, self._first_us = arrival_ns, time_us
-        self._unrolled_us += 0 if self._last_us is None else (time_us - self._last_us) & UNSIGNED_32
+        if self._last_us is None:
+            self._origin_ns, self._first_us, self._last_us = arrival_ns, time_us, time_us
+        self._unrolled_us += (time_us - self._last_us) & UNSIGNED_32
         self._last_us = time_us
         device = self._unrolled_us * 1e-6
         point = (device, self._delay(device, arrival_ns))
@@ -110,7 +110,7 @@ class DeviceClock:
         if self._last_us is None:
             raise ValueError("nothing observed yet")
         elapsed = self._unrolled_us + signed_32(time_us - self._last_us)
-        stamp = (self._origin_ns or 0) + elapsed * 1000 + round(self._offset(elapsed * 1e-6) * 1e9)
+        stamp = self._origin_ns + elapsed * 1000 + round(self._offset(elapsed * 1e-6) * 1e9)
         return stamp, (self._first_us + elapsed) * 1000
 
     def rate(self) -> ClockRate | None:
@@ -132,13 +132,8 @@ class DeviceClock:
         slope, low, high = median_slope(device, delay)
         return ClockRate(-slope / (1.0 + slope), (high - low) / 2.0)
 
-    def _device(self, time_us: int) -> float:
-        """Return device time since the first sample of this run [s]."""
-        elapsed = 0 if self._last_us is None else (time_us - self._last_us) & UNSIGNED_32
-        return (self._unrolled_us + elapsed) * 1e-6
-
     def _delay(self, device: float, arrival_ns: int) -> float:
-        return (arrival_ns - (self._origin_ns or 0)) * 1e-9 - device
+        return (arrival_ns - self._origin_ns) * 1e-9 - device
 
     def _offset(self, device: float) -> float:
         if self._anchor is None:

@@ -72,12 +72,10 @@ class Subscription:
     settled that by `qos_overrides`.
     """
 
-    def __init__(
-        self, node: Any, message_class: type, topic: str, callback: Callable[[bytes], None], depth: int = _DEPTH
-    ) -> None:
+    def __init__(self, node: Any, message_class: type, topic: str, callback: Callable[[bytes], None]) -> None:
         """Raises `OptionError` where `qos_overrides` make no sense."""
         self._node, self._class, self._topic, self._callback = node, message_class, topic, callback
-        self._profile = QoSProfile(depth=depth, reliability=ReliabilityPolicy.RELIABLE)
+        self._profile = QoSProfile(depth=_DEPTH, reliability=ReliabilityPolicy.RELIABLE)
         reliability = f"{QOS_OVERRIDES}{node.resolve_topic_name(topic)}.subscription.reliability"
         self._settled = reliability in node._parameter_overrides  # rclpy has no public way to ask for these
         # A subscription cannot be replaced from within its own event.

@@ -73,22 +73,21 @@ class Listener:
         self.joint_states = []
         self.diagnostics = []
         self.statuses = []
-        self.states = []
-        self.bags = []
         reliable = rclpy.qos.QoSProfile(depth=20000)
         self.node.create_subscription(JointState, "joint_states", self.joint_states.append, reliable)
         self.node.create_subscription(DiagnosticArray, "/diagnostics", self._take_diagnostics, 100)
-        self.node.create_subscription(
-            String, "/recorder/state", lambda word: self.states.append(word.data), latched(10)
-        )
-        self.node.create_subscription(
-            String, "/recorder/bag", lambda word: self.bags.append(Path(word.data)), latched(10)
-        )
+        self.states, self.bags = self.words("/recorder/state"), self.words("/recorder/bag")
         self.executor = rclpy.executors.SingleThreadedExecutor(context=self.context)
         self.executor.add_node(self.node)
         self.stopping = False
         self.thread = threading.Thread(target=self._spin)
         self.thread.start()
+
+    def words(self, topic):
+        """Return what a latched topic says, as it comes."""
+        heard = []
+        self.node.create_subscription(String, topic, lambda word: heard.append(word.data), latched(10))
+        return heard
 
     def _take_diagnostics(self, message):
         self.statuses += message.status

@@ -16,7 +16,6 @@ import pytest
 import yaml
 from rcl_interfaces.msg import ParameterEvent
 from rclpy.parameter_client import AsyncParameterClient
-from std_msgs.msg import String
 
 from cdp_ident.commands.import_csv import main as import_csv
 from cdp_ident.configuration.parameter_file import read_parameter_file
@@ -24,7 +23,6 @@ from cdp_ident.configuration.settings import Settings
 from cdp_ident.model.parameters import GROUPS, INERTIA, NOMINAL
 from cdp_ident.nodes.identify import main
 from cdp_ident.report.folder import FIGURES, FILES, json_text
-from cdp_ident.ros.topics import latched
 from reference.pendulum import TABLE_5
 from scenarios.clean_bags import write_clean_bags
 
@@ -224,10 +222,7 @@ class Client:
     def __init__(self, listener):
         self.listener = listener
         self.client = AsyncParameterClient(listener.node, "/identify")
-        self.states = []
-        listener.node.create_subscription(
-            String, "/identify/state", lambda word: self.states.append(word.data), latched(10)
-        )
+        self.states = listener.words("/identify/state")
 
     def wait_until_it_serves(self):
         self.listener.wait_for(lambda: "m1" in self.names())

@@ -59,25 +59,21 @@ def test_positions_do_not_notice_that_counters_roll_over(zero, steps):
         )
 
 
-def test_one_impossible_jump_is_dropped_and_what_follows_is_untouched():
+@pytest.mark.parametrize(
+    ("counts", "dropped"),
+    [
+        # What follows one impossible jump is untouched, one that lasts is believed after three samples, …
+        ([0, 1, 2000, 2, 3], [2]),
+        ([0, 1, 2000, 2001, 2002, 2003], [2, 3]),
+        # … and of those that never agree all are dropped.
+        ([0, 5000, -9000, 700_000, 3, -80_000, 4], [1, 2, 3, 5]),
+    ],
+)
+def test_impossible_jumps_are_dropped_until_they_last(counts, dropped):
     joints = tracker()
-    inner = [joints.positions(sample(step, inner=count)) for step, count in enumerate([0, 1, 2000, 2, 3])]
-    assert [position is None for position in inner] == [False, False, True, False, False]
-    assert inner[4] == pytest.approx((0.0, math.pi + math.tau * 3 / 4000, 0.0))
-
-
-def test_a_jump_that_lasts_is_believed_after_three_samples():
-    joints = tracker()
-    inner = [joints.positions(sample(step, inner=count)) for step, count in enumerate([0, 1, 2000, 2001, 2002, 2003])]
-    assert [position is None for position in inner] == [False, False, True, True, False, False]
-
-
-def test_arbitrary_jumps_that_never_agree_are_all_dropped():
-    joints = tracker()
-    counts = [0, 5000, -9000, 700_000, 3, -80_000, 4]
-    assert [joints.positions(sample(step, inner=count)) is None for step, count in enumerate(counts)] == [
-        False, True, True, True, False, True, False,
-    ]  # fmt: skip
+    inner = [joints.positions(sample(step, inner=count)) for step, count in enumerate(counts)]
+    assert [step for step, position in enumerate(inner) if position is None] == dropped
+    assert inner[-1] == pytest.approx((0.0, math.pi + math.tau * counts[-1] / 4000, 0.0))
 
 
 def test_resting_counts_are_the_mean_of_the_last_second():

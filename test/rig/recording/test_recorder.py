@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Trials to bags, read back by a reader of others."""
 
+import contextlib
 import os
 import resource
 import shutil
@@ -75,12 +76,26 @@ def read(bag):
     ]
 
 
-def information(bag):
-    return dict(yaml.safe_load((bag / "metadata.yaml").read_text())["rosbag2_bagfile_information"])
-
-
 def custom_data(bag):
-    return dict(information(bag)["custom_data"])
+    return dict(yaml.safe_load((bag / "metadata.yaml").read_text())["rosbag2_bagfile_information"]["custom_data"])
+
+
+@contextlib.contextmanager
+def files_of_at_most(size):
+    """Let the disk take no file that is larger [bytes]."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+@pytest.fixture
+def fill_disk(tmp_path, monkeypatch):
+    """Leave no space on the disk."""
+    usage = shutil.disk_usage(tmp_path)._replace(free=1000)
+    return lambda: monkeypatch.setattr(shutil, "disk_usage", lambda _: usage)
 
 
 def test_an_armed_recorder_records_one_trial_from_before_the_release_to_the_rest(tmp_path):
@@ -249,20 +264,18 @@ def test_a_folder_that_is_none_is_told_at_once(tmp_path):
         Bench(tmp_path / "file")
 
 
-def test_too_little_space_refuses_to_arm(tmp_path, monkeypatch):
+def test_too_little_space_refuses_to_arm(tmp_path, fill_disk):
     bench = Bench(tmp_path)
-    usage = shutil.disk_usage(tmp_path)
-    monkeypatch.setattr(shutil, "disk_usage", lambda _: usage._replace(free=1000))
+    fill_disk()
     with pytest.raises(RigError, match="only 0 MB are free"):
         bench.recorder.arm()
 
 
-def test_a_disk_that_is_too_full_to_arm_again_is_said(tmp_path, monkeypatch):
+def test_a_disk_that_is_too_full_to_arm_again_is_said(tmp_path, fill_disk):
     bench = Bench(tmp_path, rearm=True)
     bench.run(6.0)
     assert bench.recorder.state == RECORDING
-    usage = shutil.disk_usage(tmp_path)
-    monkeypatch.setattr(shutil, "disk_usage", lambda _: usage._replace(free=1000))
+    fill_disk()
     bench.recorder.stop()
     assert len(bench.bags) == 1
     assert "only 0 MB are free" in bench.recorder.problem
@@ -282,12 +295,8 @@ def test_a_disk_that_takes_no_more_is_said_at_once_and_what_was_written_is_compl
     bag = bench.recorder.start(bench.now_ns)
     bench.run(2.0)
     (file,) = bag.glob("*.mcap")
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (file.stat().st_size + 1000, before[1]))
-    try:
+    with files_of_at_most(file.stat().st_size + 1000):
         bench.run(1.0)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
     assert bench.recorder.state == IDLE
     assert any("cannot be written: File too large" in warned for warned in bench.warned)
     assert "File too large" in bench.recorder.problem
@@ -313,19 +322,15 @@ def test_a_bag_that_is_removed_while_it_is_recorded_is_said_at_once(tmp_path):
 @pytest.mark.parametrize("by_hand", [True, False])
 def test_a_disk_that_does_not_take_the_first_samples_is_no_success(tmp_path, by_hand):
     bench = Bench(tmp_path)
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
     if not by_hand:
         bench.recorder.arm()
     bench.run(0.5)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))
-    try:
+    with files_of_at_most(1000):
         if by_hand:
             with pytest.raises(RigError, match="File too large"):
                 bench.recorder.start(bench.now_ns)
         else:
             bench.run(8.0)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
     assert bench.recorder.state == IDLE
     assert "File too large" in bench.recorder.problem
     assert RECORDING not in bench.states
