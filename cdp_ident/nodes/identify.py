@@ -4,6 +4,7 @@
 
 import importlib.util
 from pathlib import Path
+from typing import Any
 
 from cdp_ident.command_line import ArgumentParser, entry_point, made_of
 from cdp_ident.errors import OptionError
@@ -78,16 +79,8 @@ def _require_ros() -> None:
 
 def _parser() -> ArgumentParser:
     parser = ArgumentParser("identify", DESCRIPTION, EXAMPLE)
-    parser.add_argument(
-        "--bag",
-        dest="bags",
-        type=Path,
-        action="extend",
-        nargs="+",
-        default=[],
-        metavar="DIR",
-        help="rosbag2 bags, fitted jointly",
-    )
+    bags: dict[str, Any] = {"type": Path, "action": "extend", "nargs": "+", "default": [], "metavar": "DIR"}
+    parser.add_argument("--bag", dest="bags", help="rosbag2 bags, fitted jointly", **bags)
     parser.add_argument(
         "--watch",
         type=Path,
@@ -96,12 +89,8 @@ def _parser() -> ArgumentParser:
     )
     parser.add_argument(
         "--holdout",
-        type=Path,
-        action="extend",
-        nargs="+",
-        default=[],
-        metavar="DIR",
         help="bags that are held out: only the error is measured on them (default: a sixth of each of the others)",
+        **bags,
     )
     parser.add_argument(
         "--like", type=Path, metavar="DIR", help="an earlier report of this rig: its effects are tried first"

@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 from cdp_ident.rig.decoder import LONGEST_FRAME, Decoder
 from cdp_ident.rig.protocol import BinaryCodec, CartCommand, Commands, FrameError, Hello, Sample, TextCodec, checksum
 
-CODECS = [BinaryCodec(), TextCodec()]
 UNSIGNED = st.integers(0, 2**32 - 1)
 POSITIVE = st.integers(1, 2**32 - 1)
 SIGNED = st.integers(-(2**31), 2**31 - 1)
@@ -28,7 +27,6 @@ def test_the_checksum_is_the_documented_one():
     assert checksum(b"123456789") == 0x29B1
 
 
-@pytest.mark.parametrize("codec", CODECS, ids=lambda codec: codec.name)
 @given(record=RECORDS)
 def test_every_record_survives_the_way_there_and_back(codec, record):
     frame = codec.encode(record)
@@ -38,7 +36,6 @@ def test_every_record_survives_the_way_there_and_back(codec, record):
     assert codec.decode(frame[:-1]) == record
 
 
-@pytest.mark.parametrize("codec", CODECS, ids=lambda codec: codec.name)
 @given(frame=st.binary(max_size=200))
 def test_arbitrary_bytes_are_a_frame_error_or_a_record(codec, frame):
     try:
@@ -47,7 +44,6 @@ def test_arbitrary_bytes_are_a_frame_error_or_a_record(codec, frame):
         return
 
 
-@pytest.mark.parametrize("codec", CODECS, ids=lambda codec: codec.name)
 @given(record=RECORDS, data=st.data())
 def test_one_flipped_bit_of_the_text_and_of_a_frame_without_zeros_never_passes(codec, record, data):
     frame = bytearray(codec.encode(record)[:-1])

@@ -16,7 +16,7 @@ from cdp_ident.rig.decoder import Decoder, Restart
 from cdp_ident.rig.emulator.configuration import parse_effects
 from cdp_ident.rig.emulator.device import Device, Encoders, Readings
 from cdp_ident.rig.emulator.motion import Hold, LetGo, Motion, Wait
-from cdp_ident.rig.protocol import BinaryCodec, CartCommand, Hello, Sample, TextCodec
+from cdp_ident.rig.protocol import BinaryCodec, CartCommand, Hello, Sample
 from reference import hidden_effects as hidden
 
 
@@ -63,14 +63,10 @@ def test_a_fast_clock_runs_ahead():
     assert last.time_us == 5_005_000
 
 
-CODECS = pytest.mark.parametrize("codec", [BinaryCodec(), TextCodec()], ids=lambda codec: codec.name)
-
-
 def driven(codec):
     return Device(codec, Encoders(), 200.0, np.random.default_rng(0))
 
 
-@CODECS
 def test_of_several_commands_the_newest_holds_and_one_that_comes_again_is_none(codec):
     rig, frames = driven(codec), [codec.encode(CartCommand(number, 100 * number)) for number in range(4)]
     assert rig.receive(frames[0] + frames[1]) == pytest.approx(0.1)
@@ -80,7 +76,6 @@ def test_of_several_commands_the_newest_holds_and_one_that_comes_again_is_none(c
     assert rig.receive(frames[3][5:]) == pytest.approx(0.3)
 
 
-@CODECS
 @given(noise=st.binary(max_size=300), place=st.integers(0, 80))
 def test_a_command_behind_any_noise_is_understood_and_a_damaged_one_is_none(codec, noise, place):
     rig, frame = driven(codec), bytearray(codec.encode(CartCommand(7, -1500)))
