@@ -85,8 +85,6 @@ class Emulation:
         self._plug_at = 0.0
         self._stop = threading.Event()
         self._sent = 0
-        self.end_of_script: float | None = None
-        """The rig's time at which the script had come to its end [s], None before."""
 
     def stop(self) -> None:
         """Make `run` return."""
@@ -134,7 +132,5 @@ class Emulation:
     def _next_positions(self, count: int) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
         while len(self._ready) < count:
             self._ready.extend(self._motion.advance(self._ahead))
-            if self._motion.finished and self.end_of_script is None:
-                self.end_of_script = (self._sent + len(self._ready)) / self.rig.rate
         samples = np.array([self._ready.popleft() for _ in range(count)])
         return np.column_stack([samples[:, 0], self._readings.of(samples[:, 1:])])

@@ -3,7 +3,7 @@
 """Records trials: arms, keeps the time before the release, and writes one bag for each trial."""
 
 from collections import deque
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime
@@ -14,7 +14,7 @@ from cdp_ident.bag import diagnostics
 from cdp_ident.bag.diagnostics import read_statuses
 from cdp_ident.bag.joint_state import MESSAGE_TYPE
 from cdp_ident.bag.metadata import OFFERED_QOS_PROFILES, QosProfile
-from cdp_ident.bag.salvage import Salvaged, complete_bag, is_incomplete
+from cdp_ident.bag.salvage import complete_bag, is_incomplete
 from cdp_ident.bag.writer import BagWriter
 from cdp_ident.errors import BagError, RigError
 from cdp_ident.free_space import free_space
@@ -65,66 +65,6 @@ class Message(NamedTuple):
     raw: bytes
 
 
-class BagFolder:
-    """Makes bags in a folder, each in a folder of its own."""
-
-    def __init__(self, path: Path, name: str) -> None:
-        """Take a folder `path` for bags; their names are `name` and the time. Raises `RigError` where that is none."""
-        if not _is_name(name):
-            raise RigError(f"{shown(name)!r} is no name for bags: expected a name without folders")
-        self.path = path.absolute()
-        self._name = name
-
-    def check(self) -> bool:
-        """Make the folder if it is missing; return whether it was. Raises `RigError` where nothing can be written."""
-        folder = self.path
-        try:
-            missing = not folder.exists()
-            folder.mkdir(parents=True, exist_ok=True)
-            free = free_space(folder)
-        except OSError as error:
-            raise RigError(f"nothing can be recorded in {folder}: {error.strerror or error}") from error
-        if free < _LEAST_FREE:
-            raise RigError(f"nothing can be recorded in {folder}: only {free / 1e6:.0f} MB are free on its disk")
-        return missing
-
-    def new_bag(self, now_ns: int) -> BagWriter:
-        """Begin a bag at a time [ns since the epoch], whichever other recorders begin theirs in the same second.
-
-        Raises `BagError` where it cannot be made.
-        """
-        when = datetime.fromtimestamp(now_ns * 1e-9).astimezone().strftime("%Y%m%d_%H%M%S")
-        name = f"{self._name}_{when}"
-        folder, number = self.path / name, 1
-        while True:
-            try:
-                return BagWriter(folder)
-            except BagError as error:
-                if not isinstance(error.__cause__, FileExistsError):
-                    raise
-            number += 1
-            folder = self.path / f"{name}_{number}"
-
-    def complete_unfinished(self) -> Iterator[Salvaged | BagError]:
-        """Complete the bags that a recorder left unfinished; yield each, or why it is left as it is."""
-        try:
-            folders = sorted(path for path in self.path.iterdir() if path.is_dir())
-        except OSError as error:
-            yield BagError(f"{self.path} cannot be read: {error.strerror or error}")
-            return
-        for folder in folders:
-            try:
-                if is_incomplete(folder) and (salvaged := complete_bag(folder)):
-                    yield salvaged
-            except BagError as error:
-                yield error
-
-
-def _is_name(name: str) -> bool:
-    """Return whether a text can begin the names of folders and does not lead to another folder."""
-    return name.isprintable() and 0 < len(name.encode()) <= _LONGEST_NAME and name[0] != "." and Path(name).name == name
-
-
 @dataclass
 class _Trial:
     writer: BagWriter
@@ -141,9 +81,10 @@ class Recorder:
 
         Raises `RigError` where the folder cannot be written, or the bags' name is none.
         """
-        self._bags = BagFolder(options.folder, options.name)
-        self.folder = self._bags.path
-        """Where bags go."""
+        if not _is_name(options.name):
+            raise RigError(f"{shown(options.name)!r} is no name for bags: expected a name without folders")
+        self.folder = options.folder.absolute()
+        """Where bags go, each in a folder of its own."""
         self.state = IDLE
         self.problem = ""
         """What kept the last trial from being recorded; empty where nothing did."""
@@ -163,11 +104,7 @@ class Recorder:
         self._last_sample_ns: int | None = None
         self._last_stamp_ns = 0
         self._warned_of_joints = False
-        for bag in self._bags.complete_unfinished():
-            if isinstance(bag, BagError):
-                self._warn(f"left as it is: {bag}")
-            else:
-                self._say(f"completed a bag that was left unfinished: {bag}")
+        self._complete_unfinished()
         surroundings.on_state(self.state)
         if options.rearm:
             self.arm()
@@ -223,8 +160,7 @@ class Recorder:
         JointState and DiagnosticArray messages are evaluated, too; those of other types are only recorded.
         """
         message = Message(topic, message_type, received_ns, raw)
-        if self._trial is not None:
-            self._write(message)
+        self._write(message)
         self._keep(message)
         if message_type == MESSAGE_TYPE:
             self._take_sample(message)
@@ -233,14 +169,13 @@ class Recorder:
 
     def tick(self, now_ns: int) -> None:
         """Flush what was written, so that it survives a kill; to be called several times a second."""
-        trial = self._trial
-        if trial is None:
+        if (trial := self._trial) is None:
             return
         try:
             trial.writer.flush()
             trial.flushed_ns = now_ns
         except BagError as error:
-            self._fail(error)
+            self._fail(trial, error)
             return
         if not self.hears_joint_states(now_ns):
             with suppress(RigError):
@@ -259,8 +194,46 @@ class Recorder:
             self._bytes_before -= len(before.popleft().raw)
 
     def _check_folder(self) -> None:
-        if self._bags.check():
-            self._say(f"made {self.folder}, which was not there")
+        """Make the folder if it is missing, and say so. Raises `RigError` where nothing can be written."""
+        folder = self.folder
+        try:
+            missing = not folder.exists()
+            folder.mkdir(parents=True, exist_ok=True)
+            free = free_space(folder)
+        except OSError as error:
+            raise RigError(f"nothing can be recorded in {folder}: {error.strerror or error}") from error
+        if free < _LEAST_FREE:
+            raise RigError(f"nothing can be recorded in {folder}: only {free / 1e6:.0f} MB are free on its disk")
+        if missing:
+            self._say(f"made {folder}, which was not there")
+
+    def _complete_unfinished(self) -> None:
+        """Complete the bags that a recorder left unfinished, and say which, or why one is left as it is."""
+        try:
+            folders = sorted(path for path in self.folder.iterdir() if path.is_dir())
+        except OSError as error:
+            self._warn(f"left as it is: {self.folder} cannot be read: {error.strerror or error}")
+            return
+        for folder in folders:
+            try:
+                if is_incomplete(folder) and (salvaged := complete_bag(folder)):
+                    self._say(f"completed a bag that was left unfinished: {salvaged}")
+            except BagError as error:
+                self._warn(f"left as it is: {error}")
+
+    def _new_bag(self, now_ns: int) -> BagWriter:
+        """Begin a bag, whichever other recorders begin theirs in the same second; raises `BagError` where it cannot."""
+        when = datetime.fromtimestamp(now_ns * 1e-9).astimezone().strftime("%Y%m%d_%H%M%S")
+        name = f"{self._options.name}_{when}"
+        folder, number = self.folder / name, 1
+        while True:
+            try:
+                return BagWriter(folder)
+            except BagError as error:
+                if not isinstance(error.__cause__, FileExistsError):
+                    raise
+            number += 1
+            folder = self.folder / f"{name}_{number}"
 
     def _take_sample(self, message: Message) -> None:
         position = self._reader.read(message.raw)
@@ -298,7 +271,7 @@ class Recorder:
     def _begin(self, stamp_ns: int, now_ns: int, by_hand: bool) -> Path:
         options = self._options
         try:
-            writer = self._bags.new_bag(now_ns)
+            writer = self._new_bag(now_ns)
         except BagError as error:
             self._fail_with(str(error))
             raise RigError(str(error)) from error
@@ -317,8 +290,8 @@ class Recorder:
         return writer.folder
 
     def _write(self, message: Message) -> None:
-        trial = self._trial
-        if trial is None:
+        """Write a message where a trial is recorded."""
+        if (trial := self._trial) is None:
             return
         try:
             if message.topic not in trial.writer.topics:
@@ -329,12 +302,11 @@ class Recorder:
                 trial.writer.flush()
                 trial.flushed_ns = message.received_ns
         except BagError as error:
-            self._fail(error)
+            self._fail(trial, error)
 
     def _finish(self, end: End) -> None:
-        trial = self._trial
+        trial, self._trial = self._trial, None
         assert trial is not None
-        self._trial = None
         trial.facts.rig = self._rig
         try:
             trial.writer.close(trial.facts.as_metadata(end))
@@ -348,22 +320,21 @@ class Recorder:
         self._set_state(IDLE)
         self.last_bag = folder.absolute()
         self._around.on_bag(self.last_bag)
-        if self._options.rearm and end is not End.FAILED:
+        if self._options.rearm:
             try:
                 self.arm()
             except RigError as error:
                 self._fail_with(str(error))
 
-    def _fail(self, error: BagError) -> None:
+    def _fail(self, trial: _Trial, error: BagError) -> None:
         """Give up the trial whose bag cannot be written; what is on the disk stays there."""
-        trial, self._trial = self._trial, None
+        self._trial = None
         self._fail_with(f"{error}; recording stops, what is on the disk is kept")
-        if trial is not None:
-            try:
-                trial.writer.close(trial.facts.as_metadata(End.FAILED))
-            except BagError:
-                if trial.writer.folder.is_dir():
-                    self._warn(f"{trial.writer.folder} is completed at the recorder's next start")
+        try:
+            trial.writer.close(trial.facts.as_metadata(End.FAILED))
+        except BagError:
+            if trial.writer.folder.is_dir():
+                self._warn(f"{trial.writer.folder} is completed at the recorder's next start")
 
     def _fail_with(self, problem: str) -> None:
         self.problem = problem
@@ -374,3 +345,8 @@ class Recorder:
         if state != self.state:
             self.state = state
             self._around.on_state(state)
+
+
+def _is_name(name: str) -> bool:
+    """Return whether a text can begin the names of folders and does not lead to another folder."""
+    return name.isprintable() and 0 < len(name.encode()) <= _LONGEST_NAME and name[0] != "." and Path(name).name == name
