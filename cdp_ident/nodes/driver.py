@@ -14,9 +14,9 @@ from std_msgs.msg import Float64
 from cdp_ident.bag.time_reference import serialize_time_reference
 from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.errors import OptionError, RigError
-from cdp_ident.rig.health import Health, Level, assess
+from cdp_ident.rig.health import Health, Level
 from cdp_ident.rig.joints import Calibration, load_zero, save_zero
-from cdp_ident.rig.measurement import MeasurementStream
+from cdp_ident.rig.measurement import MeasurementStream, assess
 from cdp_ident.rig.port import PortReader
 from cdp_ident.rig.protocol import CODECS, Commands
 from cdp_ident.rig.recording.facts import JointNames

@@ -10,9 +10,9 @@ import pytest
 
 from cdp_ident.errors import RigError
 from cdp_ident.rig.decoder import Counters
-from cdp_ident.rig.health import Level, assess
+from cdp_ident.rig.health import Level
 from cdp_ident.rig.joints import Calibration, Zero
-from cdp_ident.rig.measurement import MeasurementStream, Totals
+from cdp_ident.rig.measurement import MeasurementStream, Totals, assess
 from cdp_ident.rig.port import PortState
 from cdp_ident.rig.protocol import BinaryCodec, Hello, Sample, Status
 
