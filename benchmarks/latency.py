@@ -28,8 +28,7 @@ from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState, TimeReference
 
 from cdp_ident.nodes.driver import Driver
-from cdp_ident.rig.codec import BinaryCodec, checksum
-from cdp_ident.rig.records import Hello, Sample
+from cdp_ident.rig.protocol import BinaryCodec, Hello, Sample, checksum
 from cdp_ident.ros.parameters import Parameters
 
 SECONDS = 10.0

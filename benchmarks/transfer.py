@@ -31,7 +31,7 @@ from benchmarks._tables import Table
 from cdp_ident.configuration.fitted_model import FittedModel, fitted_model
 from cdp_ident.errors import CdpIdentError
 from cdp_ident.model.parameters import SYMBOLS
-from cdp_ident.rig.emulator.drive import Drive, DrivenCart
+from cdp_ident.rig.emulator.motion import Drive, DrivenCart
 from reference.driven import DrivenRods
 from reference.encoders import Turned, joint_angles, theta_of
 from reference.kinds import SEVERAL, SINGLE, STICKING

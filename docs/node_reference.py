@@ -8,7 +8,7 @@ python docs/node_reference.py > docs/reference/nodes.md
 import os
 import sys
 import tempfile
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,14 +20,15 @@ from rich.console import Console
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
 
-from cdp_ident.configuration.keys import KEYS  # noqa: E402
+from cdp_ident.configuration.described import Described  # noqa: E402
+from cdp_ident.configuration.settings import KEYS  # noqa: E402
 from cdp_ident.nodes import driver, emulator, identify, identify_node, recorder, simulator  # noqa: E402
 from cdp_ident.pipeline.identifier import Identifier, Request  # noqa: E402
-from cdp_ident.rig.codec import BinaryCodec  # noqa: E402
+from cdp_ident.rig.emulator.cable import Faults  # noqa: E402
 from cdp_ident.rig.emulator.configuration import EmulatedRig  # noqa: E402
 from cdp_ident.rig.emulator.emulation import Emulation, Events  # noqa: E402
-from cdp_ident.rig.emulator.faults import Faults  # noqa: E402
-from cdp_ident.ros.parameters import Parameters, Shown  # noqa: E402
+from cdp_ident.rig.protocol import BinaryCodec  # noqa: E402
+from cdp_ident.ros.parameters import Parameters  # noqa: E402
 
 NAMESPACE = "/somewhere"
 """In which the nodes are made: names outside it are absolute ones."""
@@ -58,16 +59,17 @@ class Declared(Parameters):
 
     def __init__(self, node: Any) -> None:
         super().__init__(node, [])
-        self.declared: dict[str, Shown] = {}
+        self.declared: dict[str, Described] = {}
 
     def declare(self, name: str, default: Any, description: str, **of: Any) -> Any:
         """Declare a parameter, and note it."""
-        self.declared[name] = Shown(default, description, **of)
+        self.declared[name] = Described(name, default, description, **of)
         return super().declare(name, default, description, **of)
 
-    def show(self, parameters: Mapping[str, Shown], gone: Iterable[str] = ()) -> None:
+    def show(self, parameters: Iterable[Described], gone: Iterable[str] = ()) -> None:
         """Show parameters, and note them."""
-        self.declared |= parameters
+        parameters = tuple(parameters)
+        self.declared |= {shown.name: shown for shown in parameters}
         super().show(parameters, gone)
 
 
@@ -77,7 +79,7 @@ Form = tuple[Make, dict[str, Any]]
 Row = tuple[str, ...]
 
 
-def offered(name: str, make: Make, given: dict[str, Any]) -> tuple[set[Row], dict[str, Shown]]:
+def offered(name: str, make: Make, given: dict[str, Any]) -> tuple[set[Row], dict[str, Described]]:
     """Make a node; return rows of direction, name and type of its topics and services, and its parameters."""
     overrides = [Parameter(parameter, value=value) for parameter, value in given.items()]
     node = rclpy.create_node(name, namespace=NAMESPACE, parameter_overrides=overrides)
@@ -132,24 +134,20 @@ def page(folder: Path) -> str:
     text = HEAD
     for name, description, forms in parts:
         ends: set[Row] = set()
-        parameters: dict[str, Shown] = {}
+        parameters: dict[str, Described] = {}
         for make, given in forms:
             more, parameters = offered(name, make, given)
             ends |= more
         text += f"\n## {name}\n\n```text\n{description}\n```\n\n{_table(('', 'name', 'type'), sorted(ends))}"
         if name == "identify":
-            parameters = {key.name: _of_key(key) for key in KEYS.values()}
-        rows = [_parameter(known, shown) for known, shown in parameters.items()]
+            parameters = KEYS
+        rows = [_parameter(shown) for shown in parameters.values()]
         if rows:
             text += "\n" + _table(("parameter", "type", "unit", "default", "meaning"), rows)
     return text
 
 
-def _of_key(key: Any) -> Shown:
-    return Shown(key.default, key.description, key.unit, key.minimum, None, key.choices)
-
-
-def _parameter(name: str, shown: Shown) -> Row:
+def _parameter(shown: Described) -> Row:
     value = shown.value
     kind = {bool: "bool", int: "integer", float: "double", str: "string", list: "list"}.get(type(value), "double")
     default = (
@@ -164,7 +162,7 @@ def _parameter(name: str, shown: Shown) -> Row:
     default = default.replace(str(Path.home()), "~").replace(f"{NAMESPACE.strip(chr(47))}.", "")
     allowed = shown.constraint.removesuffix(f" {shown.unit}") if shown.unit else shown.constraint
     meaning = "; ".join(filter(None, (shown.description, allowed, "changeable" if shown.changeable else "")))
-    return f"`{name}`", kind, shown.unit, f"`{default}`" if default else "", meaning
+    return f"`{shown.name}`", kind, shown.unit, f"`{default}`" if default else "", meaning
 
 
 def _table(titles: Sequence[str], rows: Iterable[Row]) -> str:

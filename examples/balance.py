@@ -30,12 +30,12 @@ from cdp_ident.configuration.fitted_model import fitted_model
 from cdp_ident.configuration.parameter_file import read_parameter_file
 from cdp_ident.errors import CdpIdentError
 from cdp_ident.model.parameters import NOMINAL
-from cdp_ident.rig.emulator.drive import Drive
+from cdp_ident.rig.emulator.motion import Drive
 from cdp_ident.rig.recording.facts import JointNames, PositionReader
+from cdp_ident.ros.model_parameters import ParameterSource
 from cdp_ident.ros.node import parse_arguments, run_node
-from cdp_ident.ros.parameter_source import ParameterSource
 from cdp_ident.ros.parameters import Parameters
-from cdp_ident.ros.qos import Subscription
+from cdp_ident.ros.topics import Subscription
 
 STILL = 0.02
 """Held rods move less than this [rad] …"""

@@ -27,9 +27,7 @@ from cdp_ident.model.linear import LinearModel, linearize
 from cdp_ident.model.motions import accelerations_at, readings_of
 from cdp_ident.report.folder import write_files
 from cdp_ident.rig.emulator.device import Encoders
-from cdp_ident.rig.emulator.drive import Drive, DrivenCart
-from cdp_ident.rig.emulator.motion import Motion
-from cdp_ident.rig.emulator.script import Hold, LetGo, Wait, WaitForCommand
+from cdp_ident.rig.emulator.motion import Drive, DrivenCart, Hold, LetGo, Motion, Wait, WaitForCommand
 
 Array = npt.NDArray[np.float64]
 

@@ -45,7 +45,7 @@ from cdp_ident.errors import CdpIdentError, OptionError
 from cdp_ident.model.formulas.code import motion_rows
 from cdp_ident.model.formulas.derivation import Definitions, symbol
 from cdp_ident.model.formulas.language import ACCELERATIONS, CART, COEFFICIENTS, PAPER, STATE, TORQUE1, TORQUE2
-from cdp_ident.rig.emulator.drive import Drive
+from cdp_ident.rig.emulator.motion import Drive
 
 try:
     casadi: Any = importlib.import_module("casadi")

@@ -5,9 +5,8 @@
 import math
 import random
 
-from cdp_ident.rig.codec import BinaryCodec, Codec, TextCodec
 from cdp_ident.rig.decoder import Decoder, Restart
-from cdp_ident.rig.records import Hello, Sample
+from cdp_ident.rig.protocol import BinaryCodec, Codec, Hello, Sample, TextCodec
 from fuzz.campaign import FindingError
 from fuzz.mutation import mutated
 

@@ -20,7 +20,7 @@ from cdp_ident.model.effects.own import effects_of, read_own_effects
 from cdp_ident.model.parameters import NOMINAL
 from cdp_ident.report.report_file import read_report
 from cdp_ident.rig.emulator.configuration import load_rig
-from cdp_ident.rig.zero import load_zero
+from cdp_ident.rig.joints import load_zero
 from fuzz.campaign import FindingError
 from fuzz.mutation import mutated_text
 

@@ -11,8 +11,7 @@ import numpy as np
 from cdp_ident.bag.joint_state import MESSAGE_TYPE, serialize_joint_state
 from cdp_ident.bag.writer import BagWriter
 from cdp_ident.model.parameters import physical_coefficients
-from cdp_ident.rig.emulator.motion import Motion
-from cdp_ident.rig.emulator.script import Hold, LetGo, Wait
+from cdp_ident.rig.emulator.motion import Hold, LetGo, Motion, Wait
 from cdp_ident.trial.load import load_trial
 from cdp_ident.trial.trial import Trial
 from reference.pendulum import TABLE_5, Array

@@ -12,7 +12,7 @@ from cdp_ident.configuration.parameter_file import read_parameter_file
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.errors import CdpIdentError
 from cdp_ident.rig.emulator.configuration import load_rig
-from cdp_ident.rig.zero import load_zero
+from cdp_ident.rig.joints import load_zero
 from cdp_ident.yaml_file import LARGEST, read_yaml
 
 ALIAS_BOMB = "a0: &a0 {x: 1}\n" + "".join(

@@ -13,8 +13,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from cdp_ident.arrays import Array
+from cdp_ident.configuration.described import Described
 from cdp_ident.configuration.parameter_file import parameter_file, read_parameter_file
 from cdp_ident.errors import OptionError
 from cdp_ident.fit.active_effect import ActiveEffect
@@ -38,8 +39,6 @@ from cdp_ident.model.parameters import (
 from cdp_ident.outside_text import shown
 from cdp_ident.user_input import number, refuse_unknown
 
-Array = npt.NDArray[np.float64]
-
 GROUP_PREFIX, EFFECT_PREFIX = "groups.", "effects."
 OUTER_ROD_LENGTH = "outer_rod_length"
 """Name of the length that the air drag of the outer rod is taken to act along [m]."""
@@ -48,22 +47,16 @@ TRIAL = "trial"
 ABOUT_THE_FIT = ("std.", "determined.")
 """What `fitted.yaml` says of the values beside them begins so."""
 
+OF_MECHANISM: dict[str, tuple[str, str]] = {
+    **{parameter.symbol: (parameter.description, parameter.unit) for parameter in (*PARAMETERS, *CONSTANTS, INERTIA)},
+    **{f"{GROUP_PREFIX}{group.symbol}": (group.formula, group.unit) for group in GROUPS},
+    OUTER_ROD_LENGTH: ("what the outer rod's length is taken to be, for air drag along it", "m"),
+    own.OWN_EFFECTS: ("definitions of the user's own effects", ""),
+}
+"""Description and unit of each parameter of a model but those of its effects."""
 _GROUP_NAMES = tuple(f"{GROUP_PREFIX}{group.symbol}" for group in GROUPS)
-_NAMES = (*NOMINAL, INERTIA.symbol, *_GROUP_NAMES, OUTER_ROD_LENGTH, own.OWN_EFFECTS)
 _ELSEWHERE = -1
 """Number of every trial in which no effect happens that happens once."""
-
-
-@dataclass(frozen=True)
-class FittedParameter:
-    """One result under its name on ROS."""
-
-    name: str
-    value: float | bool | str | list[float]
-    description: str
-    unit: str
-    minimum: float | None = 0.0
-    """Lowest possible value; None where the value may be infinite, which no range can hold."""
 
 
 @dataclass(frozen=True)
@@ -103,7 +96,7 @@ class FittedModel:
 
 def describes_model(name: str) -> bool:
     """Return whether a parameter of this name is one that `fitted_model` makes the model of."""
-    return name in _NAMES or name.startswith(EFFECT_PREFIX)
+    return name in OF_MECHANISM or name.startswith(EFFECT_PREFIX)
 
 
 def is_shown(name: str) -> bool:
@@ -116,7 +109,7 @@ def follows_from_physical_values(name: str) -> bool:
     return name == INERTIA.symbol or name.startswith(GROUP_PREFIX)
 
 
-def fitted_parameters(report: Mapping[str, Any]) -> Iterator[FittedParameter]:
+def fitted_parameters(report: Mapping[str, Any]) -> Iterator[Described]:
     """Yield the parameters of the model that a report ends with: first their values.
 
     Then `std.<name>`, infinite where the trials do not show the parameter at all, and `determined.<name>`: whether
@@ -125,26 +118,20 @@ def fitted_parameters(report: Mapping[str, Any]) -> Iterator[FittedParameter]:
     `effects.impulse.inner.2.…`.
     """
     fit = report["after"]
-    described = {parameter.symbol: parameter.description for parameter in (*PARAMETERS, *CONSTANTS, INERTIA)}
-    described |= {f"{GROUP_PREFIX}{group.symbol}": group.formula for group in GROUPS}
     quantities = {
         **fit["physical"],
         **{f"{GROUP_PREFIX}{symbol}": quantity for symbol, quantity in fit["groups"].items()},
     }
     for name, quantity in quantities.items():
-        yield FittedParameter(name, quantity["value"], f"fitted: {described[name]}", quantity["unit"])
+        yield Described(name, quantity["value"], f"fitted: {OF_MECHANISM[name][0]}", quantity["unit"], 0.0)
     for name, quantity in quantities.items():
-        yield FittedParameter(f"std.{name}", quantity["std"], f"standard deviation of {name}", quantity["unit"], None)
+        yield Described(f"std.{name}", quantity["std"], f"standard deviation of {name}", quantity["unit"])
     for name, quantity in quantities.items():
-        yield FittedParameter(
-            f"determined.{name}", quantity["determined"], f"whether the trials determine {name}", "", None
-        )
-    yield FittedParameter(
-        OUTER_ROD_LENGTH, fit["outer_rod_length_m"], "taken to be: length of the outer rod, for air drag along it", "m"
-    )
+        yield Described(f"determined.{name}", quantity["determined"], f"whether the trials determine {name}")
+    text = "taken to be: length of the outer rod, for air drag along it"
+    yield Described(OUTER_ROD_LENGTH, fit["outer_rod_length_m"], text, "m", 0.0)
     if report["own_effects"]:
-        text = own.as_text(report["own_effects"])
-        yield FittedParameter(own.OWN_EFFECTS, text, "definitions of the user's own effects", "", None)
+        yield Described(own.OWN_EFFECTS, own.as_text(report["own_effects"]), OF_MECHANISM[own.OWN_EFFECTS][0])
     seen: Counter[str] = Counter()
     for effect in report["effects"]:
         prefix = f"{EFFECT_PREFIX}{effect['name']}.{effect['joint']}"
@@ -152,21 +139,21 @@ def fitted_parameters(report: Mapping[str, Any]) -> Iterator[FittedParameter]:
         yield from _effect_parameters(effect, prefix if seen[prefix] == 1 else f"{prefix}.{seen[prefix]}")
 
 
-def _effect_parameters(effect: Mapping[str, Any], prefix: str) -> Iterator[FittedParameter]:
+def _effect_parameters(effect: Mapping[str, Any], prefix: str) -> Iterator[Described]:
     for name in (VARIANT, TRIAL):
         if effect[name]:
-            yield FittedParameter(f"{prefix}.{name}", effect[name], f"{name} of {effect['description']}", "", None)
+            yield Described(f"{prefix}.{name}", effect[name], f"{name} of {effect['description']}")
     description = f"{effect['description']}: {effect['formula']}"
     if curve := effect["curve"]:
-        yield FittedParameter(f"{prefix}.{COEFFICIENTS}", curve["coefficients"], description, "N m", None)
-        std, name = curve["coefficients_std"], f"std.{prefix}.{COEFFICIENTS}"
-        yield FittedParameter(name, std, "their standard deviations", "N m", None)
+        name = f"{prefix}.{COEFFICIENTS}"
+        yield Described(name, curve["coefficients"], description, "N m")
+        yield Described(f"std.{name}", curve["coefficients_std"], "their standard deviations", "N m")
         return
     for name, quantity in effect["parameters"].items():
-        yield FittedParameter(f"{prefix}.{name}", quantity["value"], description, quantity["unit"], None)
+        yield Described(f"{prefix}.{name}", quantity["value"], description, quantity["unit"])
     for name, quantity in effect["parameters"].items():
         description = f"standard deviation of {prefix}.{name}"
-        yield FittedParameter(f"std.{prefix}.{name}", quantity["std"], description, quantity["unit"], None)
+        yield Described(f"std.{prefix}.{name}", quantity["std"], description, quantity["unit"])
 
 
 def fitted_yaml(report: Mapping[str, Any]) -> str:
@@ -178,11 +165,7 @@ def fitted_yaml(report: Mapping[str, Any]) -> str:
 
 
 def read_fitted_model(path: Path, node: str) -> FittedModel:
-    """Read the model of a `fitted.yaml`, from the section for `node` or for every node.
-
-    Raises:
-        OptionError: the file cannot be read, or does not describe a model.
-    """
+    """Read the model of a file such as `fitted.yaml` that is meant for a node; raises as `fitted_model` does."""
     return fitted_model(read_parameter_file(path, node).taken(), str(path))
 
 
@@ -192,16 +175,12 @@ def fitted_model(given: Mapping[str, Any], where: str) -> FittedModel:
 
     They are named as `fitted_parameters` does: the physical parameters; the base parameters and A22, which are those of
     the physical parameters where they are not given; effects in SI units. Standard deviations and what was determined
-    are passed over.
-
-    Args:
-        given: values by name.
-        where: what the values stand in, for messages.
+    are passed over. `where` says what the values stand in, for messages.
 
     Raises:
         OptionError: a name is unknown (the message gives the nearest known one), or a value is missing or not possible.
     """
-    refuse_unknown((name for name in given if not is_shown(name)), _NAMES, f"name in {where}")
+    refuse_unknown((name for name in given if not is_shown(name)), OF_MECHANISM, f"name in {where}")
     if missing := [symbol for symbol in NOMINAL if symbol not in given]:
         raise OptionError(f"{where} lacks {', '.join(missing)}; all of {', '.join(NOMINAL)} are needed")
     physical = {symbol: number(given[symbol], f"{where}: {symbol}", 0.0, LARGEST) for symbol in NOMINAL}

@@ -1,27 +1,96 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""From names and values to the options that the library takes, and back."""
+"""All settings of an identification by their keys: from names and values to the options of the library, and back.
+
+The defaults, and most descriptions, are those of the dataclasses that the values end up in.
+"""
 
 import math
+import re
 from array import array
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from cdp_ident.configuration.described import Described, described_fields
 from cdp_ident.configuration.fitted_model import is_shown
-from cdp_ident.configuration.keys import KEYS, WEIGHTS, Key, Scalar, is_key, weight_name
 from cdp_ident.errors import OptionError
+from cdp_ident.fit.objective import SHORT_IGA
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
-from cdp_ident.model.parameters import CONSTANTS, NOMINAL, SYMBOLS
-from cdp_ident.model.weights import ADDED, ADDED_STD, NOTHING, RODS, Rod, Weight, settings_of, weights_of
+from cdp_ident.model.parameters import CONSTANTS, NOMINAL, PARAMETERS, SYMBOLS
+from cdp_ident.model.weights import ADDED, ADDED_STD, DESCRIPTIONS, NOTHING, RODS, Rod, Weight, settings_of, weights_of
 from cdp_ident.outside_text import shown
+from cdp_ident.search.options import METHODS
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.user_input import quoted, refuse_unknown
 
+Scalar = bool | int | float | str
+
+WEIGHTS = "trials."
+"""What the names of weights on the rods in a trial begin with; the name of its bag follows."""
+_OF_WEIGHT = re.compile(rf"{re.escape(WEIGHTS)}(.+)\.(({ADDED}|{ADDED}_std)\.({'|'.join(RODS)}))")
+_METHOD = Described(
+    "method",
+    "",
+    "the paper's search in full, by name; empty: the improved one, cut short, as the fit takes over from it",
+    choices=("", *METHODS),
+)
 _BELIEVED: dict[type, tuple[float, float]] = {int: (1, 2**63 - 1), float: (1e-12, 1e12)}
 """Smallest and largest number that somebody may mean, beside 0 and infinity."""
-_PRIOR = ("nominal", "lower", "upper", "known", "known_std")
+_PRIOR = {
+    "nominal": "estimate: {0.description}",
+    "lower": "lower limit of the search for {0.symbol}; {0.lower_factor:g} times its nominal value if not given",
+    "upper": "upper limit of the search for {0.symbol}; {0.upper_factor:g} times its nominal value if not given",
+    "known": "weighed or measured, takes the nominal value's place: {0.description}",
+    "known_std": "standard deviation of known.{0.symbol}; 1 % of it if not given",
+}
+"""What `Prior` has of each parameter, and what is said of it."""
+
+
+def _physical() -> Iterator[Described]:
+    for constant in CONSTANTS:
+        yield Described(constant.symbol, constant.nominal, constant.description, constant.unit, 0.0)
+    for group, text in _PRIOR.items():
+        for parameter in PARAMETERS:
+            factors = {"nominal": 1.0, "lower": parameter.lower_factor, "upper": parameter.upper_factor}
+            default = parameter.nominal * factors[group] if group in factors else None
+            yield Described(f"{group}.{parameter.symbol}", default, text.format(parameter), parameter.unit, 0.0)
+
+
+def _of_options(options: Any, prefix: str) -> Iterator[Described]:
+    return (key for key in described_fields(options, prefix) if isinstance(key.value, Scalar))
+
+
+KEYS = {
+    key.name: key
+    for key in (
+        *_physical(),
+        _METHOD,
+        *_of_options(IdentifyOptions(), ""),
+        *_of_options(TrialOptions(), "trial."),
+        *_of_options(SHORT_IGA, "search."),  # without any told, what they are depends on the method
+    )
+}
+"""Every key by its name."""
+
+
+def is_key(name: str) -> bool:
+    """Return whether a name is one of `KEYS`, or that of a weight."""
+    return name in KEYS or weight_name(name) is not None
+
+
+def weight_name(name: str) -> tuple[str, str] | None:
+    """Return bag and `added.<rod>` or `added_std.<rod>` of the name of a weight; None of another name."""
+    found = _OF_WEIGHT.fullmatch(name)
+    return (found[1], found[2]) if found else None
+
+
+def description_of(name: str) -> Described:
+    """Return the key of a name; of a weight, whose value is a list of numbers, what each of them is."""
+    if (found := _OF_WEIGHT.fullmatch(name)) is None:
+        return KEYS[name]
+    return Described(name, None, f"{found[1]}: {DESCRIPTIONS[found[3]].format(rod=found[4])}")
 
 
 @dataclass(frozen=True)
@@ -81,13 +150,9 @@ class Settings:
         for group in ("known", "known_std"):
             values |= {f"{group}.{symbol}": float(value) for symbol, value in getattr(prior, group).items()}
         values["method"] = options.method or ""
-        sources = (("", options), ("trial.", self.trial), ("search.", options.search))
-        for name in KEYS:
-            if name not in values:
-                for prefix, source in sources:
-                    attribute = name.removeprefix(prefix)
-                    if name.startswith(prefix) and hasattr(source, attribute):
-                        values[name] = getattr(source, attribute)
+        for prefix, source in (("", options), ("trial.", self.trial), ("search.", options.search)):
+            of_source = {f"{prefix}{name}": value for name, value in vars(source).items()}
+            values |= {name: value for name, value in of_source.items() if name in KEYS and name not in values}
         for bag, weights in self.weights.items():
             for rod, weight in weights.items():
                 given = settings_of([weight]) if weight else {f"{ADDED}.{rod}": list(NOTHING)}
@@ -128,24 +193,25 @@ def _below(prefix: str, values: Mapping[str, Any]) -> dict[str, Any]:
     return {name.removeprefix(prefix): value for name, value in values.items() if name.startswith(prefix)}
 
 
-def _checked(key: Key, value: Any) -> Scalar:
+def _checked(key: Described, value: Any) -> Scalar:
     """Return a value as the key's type.
 
     A whole number may stand for a real one; ROS takes `1e-3` for a number, YAML for a string.
     """
+    kind = float if key.value is None else type(key.value)
     checked: Scalar | None = None
-    if key.kind is float and not isinstance(value, bool):
+    if kind is float and not isinstance(value, bool):
         try:
             checked = float(value) + 0.0  # -0.0 is 0.0
         except (TypeError, ValueError, OverflowError):
             checked = None
-    elif type(value) is key.kind:
+    elif type(value) is kind:
         checked = value
     if checked is None or (isinstance(checked, float) and math.isnan(checked)):
         kinds = {float: "a number", int: "a whole number", bool: "true or false", str: "text"}
-        raise OptionError(f"{key.name} is {quoted(value)}: expected {kinds[key.kind]} ({key.description})")
-    if key.kind in _BELIEVED and isinstance(checked, int | float) and checked and abs(checked) != math.inf:
-        smallest, largest = _BELIEVED[key.kind]
+        raise OptionError(f"{key.name} is {quoted(value)}: expected {kinds[kind]} ({key.description})")
+    if kind in _BELIEVED and isinstance(checked, int | float) and checked and abs(checked) != math.inf:
+        smallest, largest = _BELIEVED[kind]
         if not smallest <= abs(checked) <= largest:
             raise OptionError(f"{key.name} is {quoted(value)}: such a number is not believed")
     if key.choices and checked not in key.choices:

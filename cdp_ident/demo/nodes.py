@@ -22,7 +22,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from cdp_ident.errors import CdpIdentError
-from cdp_ident.ros.qos import latched
+from cdp_ident.ros.topics import latched
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _ENDING = 15.0

@@ -10,7 +10,7 @@ from cdp_ident.demo.nodes import Nodes
 from cdp_ident.errors import OptionError
 from cdp_ident.outside_text import shown
 from cdp_ident.rig.emulator.configuration import load_rig
-from cdp_ident.rig.emulator.script import LetGo, Wait
+from cdp_ident.rig.emulator.motion import LetGo, Wait
 
 RIG = Path(__file__).with_name("rig.yaml")
 """The rig of the demonstration and of the example bags."""

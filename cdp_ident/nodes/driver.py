@@ -14,20 +14,15 @@ from std_msgs.msg import Float64
 from cdp_ident.bag.device_messages import serialize_time_reference
 from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.errors import OptionError, RigError
-from cdp_ident.rig.codec import CODECS
-from cdp_ident.rig.commands import Commands
-from cdp_ident.rig.health import Health, Level, assess
-from cdp_ident.rig.joints import Calibration
-from cdp_ident.rig.measurement import MeasurementStream
+from cdp_ident.rig.health import Health, Level
+from cdp_ident.rig.joints import Calibration, load_zero, save_zero
+from cdp_ident.rig.measurement import MeasurementStream, assess
 from cdp_ident.rig.port import PortReader
+from cdp_ident.rig.protocol import CODECS, Commands
 from cdp_ident.rig.recording.facts import JointNames
-from cdp_ident.rig.zero import load_zero, save_zero
-from cdp_ident.ros.diagnostics import diagnose, log
-from cdp_ident.ros.joint_state_publisher import QUEUE_DEPTH, JointStatePublisher
-from cdp_ident.ros.node import parse_arguments, run_node
+from cdp_ident.ros.node import diagnose, parse_arguments, run_node, serve
 from cdp_ident.ros.parameters import Parameters
-from cdp_ident.ros.qos import create_publisher
-from cdp_ident.ros.trigger import serve
+from cdp_ident.ros.topics import QUEUE_DEPTH, JointStatePublisher, create_publisher
 from cdp_ident.user_input import user_path
 
 DESCRIPTION = """\
@@ -143,7 +138,7 @@ class Driver:
         told = health.level, port.name
         # That there is no port, its reader tells.
         if told != self._told and port.name and (self._told is not None or health.level in (Level.WARN, Level.ERROR)):
-            log(self._node.get_logger(), health.level, health.message)
+            _log(self._node.get_logger(), health.level, health.message)
         self._told = told
         return health
 
@@ -171,6 +166,16 @@ def _observer(fitted: str) -> Any:
 def _default_zero_file(node: Any) -> str:
     home = os.environ.get("ROS_HOME") or "~/.ros"
     return f"{home}/cdp_ident/{node.get_fully_qualified_name().strip('/').replace('/', '.')}_zero.yaml"
+
+
+def _log(logger: Any, level: Level, sentence: str) -> None:
+    """Say something with the severity of a level; rclpy takes one severity from each line of code."""
+    if level is Level.OK:
+        logger.info(sentence)
+    elif level is Level.ERROR:
+        logger.error(sentence)
+    else:
+        logger.warning(sentence)
 
 
 @entry_point

@@ -14,13 +14,13 @@ import rclpy.time
 from rosgraph_msgs.msg import Clock
 
 from cdp_ident.command_line import ArgumentParser, entry_point, made_of, within
-from cdp_ident.configuration.field_documentation import field_documentation
+from cdp_ident.configuration.described import field_documentation
 from cdp_ident.errors import CdpIdentError
 from cdp_ident.outside_text import shown
-from cdp_ident.rig.codec import CODECS
+from cdp_ident.rig.emulator.cable import Faults
 from cdp_ident.rig.emulator.configuration import EmulatedRig, load_rig
 from cdp_ident.rig.emulator.emulation import Emulation, Events
-from cdp_ident.rig.emulator.faults import Faults
+from cdp_ident.rig.protocol import CODECS
 from cdp_ident.ros.node import parse_arguments, run_node
 from cdp_ident.ros.parameters import Parameters
 from cdp_ident.user_input import limits_of
@@ -81,16 +81,12 @@ def main(arguments: list[str]) -> int:
     rig = load_rig(options.rig) if options.rig else EmulatedRig()
 
     def make(node: Any, _parameters: Parameters) -> Emulator:
+        codec, generator = CODECS[options.codec](), np.random.default_rng(options.seed)
+        faults, events = made_of(options, Faults), made_of(options, Events)
         # It may compile for a while: by now signals are only noted, and none is lost in compiled code's callbacks.
-        return Emulator(node, _emulation(rig, options))
+        return Emulator(node, Emulation(rig, options.link, codec, generator, faults, events, options.speed))
 
     return run_node("emulator", make, arguments)
-
-
-def _emulation(rig: EmulatedRig, options: argparse.Namespace) -> Emulation:
-    codec, generator = CODECS[options.codec](), np.random.default_rng(options.seed)
-    faults, events = made_of(options, Faults), made_of(options, Events)
-    return Emulation(rig, options.link, codec, generator, faults, events, options.speed)
 
 
 def _parser() -> ArgumentParser:

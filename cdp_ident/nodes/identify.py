@@ -4,6 +4,7 @@
 
 import importlib.util
 from pathlib import Path
+from typing import Any
 
 from cdp_ident.command_line import ArgumentParser, entry_point, made_of
 from cdp_ident.errors import OptionError
@@ -50,7 +51,7 @@ def main(arguments: list[str]) -> int:
     if options.watch and options.once:
         raise OptionError("--watch goes on until Ctrl-C, so --once cannot go with it")
     with loading("identify"):
-        from cdp_ident.pipeline.identifier import Identifier, Request
+        from cdp_ident.pipeline.identifier import NODE_NAME, Identifier, Request
         from cdp_ident.pipeline.interruption import Interruption
         from cdp_ident.report.document import wide_console
     consoles = (wide_console(_WIDTH, stderr) for stderr in (False, True))
@@ -66,8 +67,9 @@ def main(arguments: list[str]) -> int:
         return 0
     _require_ros()
     with loading("identify"):
-        from cdp_ident.nodes.identify_node import run_identify_node
-    return run_identify_node(identifier, options.once, arguments)
+        from cdp_ident.nodes.identify_node import IdentifyNode
+        from cdp_ident.ros.node import run_node
+    return run_node(NODE_NAME, lambda node, declared: IdentifyNode(node, declared, identifier, options.once), arguments)
 
 
 def _require_ros() -> None:
@@ -77,16 +79,8 @@ def _require_ros() -> None:
 
 def _parser() -> ArgumentParser:
     parser = ArgumentParser("identify", DESCRIPTION, EXAMPLE)
-    parser.add_argument(
-        "--bag",
-        dest="bags",
-        type=Path,
-        action="extend",
-        nargs="+",
-        default=[],
-        metavar="DIR",
-        help="rosbag2 bags, fitted jointly",
-    )
+    bags: dict[str, Any] = {"type": Path, "action": "extend", "nargs": "+", "default": [], "metavar": "DIR"}
+    parser.add_argument("--bag", dest="bags", help="rosbag2 bags, fitted jointly", **bags)
     parser.add_argument(
         "--watch",
         type=Path,
@@ -95,12 +89,8 @@ def _parser() -> ArgumentParser:
     )
     parser.add_argument(
         "--holdout",
-        type=Path,
-        action="extend",
-        nargs="+",
-        default=[],
-        metavar="DIR",
         help="bags that are held out: only the error is measured on them (default: a sixth of each of the others)",
+        **bags,
     )
     parser.add_argument(
         "--like", type=Path, metavar="DIR", help="an earlier report of this rig: its effects are tried first"

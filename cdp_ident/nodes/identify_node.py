@@ -3,29 +3,25 @@
 """The ROS side of `identify`: parameters, the service to identify again, and the state."""
 
 import threading
-from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 from std_msgs.msg import String
 
 from cdp_ident.command_line import EXIT_INTERRUPTED
 from cdp_ident.configuration.fitted_model import fitted_parameters
-from cdp_ident.configuration.keys import Scalar, description_of, is_key
-from cdp_ident.configuration.settings import Settings, is_result
+from cdp_ident.configuration.settings import Settings, description_of, is_key, is_result
 from cdp_ident.errors import CdpIdentError, OptionError
 from cdp_ident.outside_text import shown, utf_8
-from cdp_ident.pipeline.identifier import BAGS, NODE_NAME, Identifier
+from cdp_ident.pipeline.identifier import BAGS, Identifier
 from cdp_ident.pipeline.interruption import Interruption
 from cdp_ident.report.outcome import LoadedJob
 from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import summary
 from cdp_ident.rig.health import Health, Level
-from cdp_ident.ros.diagnostics import diagnose
-from cdp_ident.ros.node import run_node
-from cdp_ident.ros.parameters import Parameters, Shown
-from cdp_ident.ros.qos import latched
-from cdp_ident.ros.steady_timer import call_every
-from cdp_ident.ros.trigger import serve
+from cdp_ident.ros.node import call_every, diagnose, serve
+from cdp_ident.ros.parameters import Parameters
+from cdp_ident.ros.topics import latched
 from cdp_ident.user_input import user_path
 
 _SECONDS_BETWEEN_LOOKS = 1.0
@@ -170,25 +166,8 @@ class IdentifyNode:
 
     def _show(self, settings: Settings, report: Section | None) -> None:
         """Make the settings in effect, and the fitted values once there are any, the node's parameters."""
-        shown = {name: _setting(name, value) for name, value in settings.values().items()}
-        if report is not None:
-            shown |= {
-                fitted.name: Shown(fitted.value, fitted.description, fitted.unit, fitted.minimum)
-                for fitted in fitted_parameters(report)
-            }
-        self._parameters.show(shown, gone=self._shown - shown.keys())
-        self._shown = set(shown)
-
-
-def _setting(name: str, value: Scalar | list[float]) -> Shown:
-    key = description_of(name)
-    return Shown(value, key.description, key.unit, key.minimum, choices=key.choices)
-
-
-def run_identify_node(identifier: Identifier, once: bool, arguments: Sequence[str]) -> int:
-    """Run the node until it is asked to end, or `once` until it has identified; return the exit code."""
-
-    def make(node: Any, parameters: Parameters) -> IdentifyNode:
-        return IdentifyNode(node, parameters, identifier, once)
-
-    return run_node(NODE_NAME, make, arguments)
+        values = [replace(description_of(name), value=value) for name, value in settings.values().items()]
+        values += fitted_parameters(report) if report else ()
+        names = {shown.name for shown in values}
+        self._parameters.show(values, gone=self._shown - names)
+        self._shown = names

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Records free-swing trials as rosbag2 bags, one bag a trial."""
 
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -11,17 +12,14 @@ from std_msgs.msg import String
 from cdp_ident.bag import joint_state
 from cdp_ident.bag.device_messages import DIAGNOSTICS, TIME_REFERENCE
 from cdp_ident.command_line import ArgumentParser, entry_point
+from cdp_ident.model.weights import ADDED, ADDED_STD, DESCRIPTIONS, NAMES, NOTHING, RODS, Weight, weights_of
 from cdp_ident.outside_text import shown, utf_8
 from cdp_ident.rig.health import Health, Level
-from cdp_ident.rig.recording.options import RecorderOptions
+from cdp_ident.rig.recording.facts import RecorderOptions
 from cdp_ident.rig.recording.recorder import FLUSH_NS, Recorder, Surroundings
-from cdp_ident.ros.diagnostics import diagnose
-from cdp_ident.ros.node import parse_arguments, run_node
+from cdp_ident.ros.node import call_every, diagnose, parse_arguments, run_node, serve
 from cdp_ident.ros.parameters import Parameters
-from cdp_ident.ros.qos import Subscription, latched, offered
-from cdp_ident.ros.recorder_weights import RecorderWeights
-from cdp_ident.ros.steady_timer import call_every
-from cdp_ident.ros.trigger import serve
+from cdp_ident.ros.topics import Subscription, latched, offered
 
 DESCRIPTION = """\
 Record free-swing trials. Armed, it waits until the pendulum is held away from hanging and let go, records until it is
@@ -57,7 +55,7 @@ class RecorderNode:
         self._node = node
         self._clock = node.get_clock()
         options = parameters.declare_fields(RecorderOptions())
-        self._weights = RecorderWeights(node, parameters)
+        weights = _declare_weights(parameters)
         parameters.start()
         self._state = node.create_publisher(String, "~/state", latched())
         self._bag = node.create_publisher(String, "~/bag", latched())
@@ -72,7 +70,7 @@ class RecorderNode:
                 on_state=lambda state: self._state.publish(String(data=state)),
                 on_bag=lambda folder: self._bag.publish(String(data=utf_8(folder))),
                 drivers=self._drivers,
-                weights=lambda: self._weights.now,
+                weights=weights,
                 offered=lambda topic: offered(node, topic),
             ),
         )
@@ -139,6 +137,28 @@ class RecorderNode:
         """Take what waits, the joint states last: they may end the trial."""
         for subscription in reversed(self._subscriptions):
             subscription.drain()
+
+
+def _declare_weights(parameters: Parameters) -> Callable[[], tuple[Weight, ...]]:
+    """Declare which weights are clamped to the rods, from trial to trial; return what tells those that are there now.
+
+    Raises `OptionError` where a value that the user gave is not possible.
+    """
+    for what in (ADDED, ADDED_STD):
+        for rod in RODS:
+            text = DESCRIPTIONS[what].format(rod=rod)
+            parameters.declare(f"{what}.{rod}", list(NOTHING), text, minimum=0.0, changeable=True)
+
+    def now(changed: Sequence[Any] = ()) -> tuple[Weight, ...]:
+        values = {name: list(parameters.get(name)) for name in NAMES}
+        values |= {parameter.name: list(parameter.value or ()) for parameter in changed if parameter.name in NAMES}
+        # Standard deviations that are all 0 are those of a weight for which none are given.
+        given = {name: value for name, value in values.items() if name.startswith(f"{ADDED}.") or any(value)}
+        return tuple(weight for weight in weights_of(given, "recorder").values() if weight)
+
+    now()
+    parameters.check_changes(now)
+    return now
 
 
 @entry_point

@@ -3,29 +3,24 @@
 """Shows how the fitted model moves: beside a recorded trial, beside the live rig, or alone."""
 
 from collections.abc import Callable
-from dataclasses import fields
+from dataclasses import fields, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.configuration.fitted_model import FittedModel, describes_model, fitted_model
-from cdp_ident.configuration.keys import KEYS
 from cdp_ident.configuration.parameter_file import read_parameter_file
-from cdp_ident.configuration.settings import Settings
+from cdp_ident.configuration.settings import KEYS, Settings
 from cdp_ident.errors import OptionError
 from cdp_ident.model.parameters import NOMINAL
-from cdp_ident.nodes.frame_publisher import FramePublisher
-from cdp_ident.nodes.playing import Pace, Playing
-from cdp_ident.nodes.shadowing import Shadowing
+from cdp_ident.nodes.showing import FramePublisher, Pace, Playing, Shadowing
 from cdp_ident.replay.scene import Free, Replay, Scene, Start
 from cdp_ident.replay.shadow import DEFAULT_LEAD
 from cdp_ident.rig.recording.detector import TrialLimits
-from cdp_ident.ros.model_parameters import ModelParameters, own_values
-from cdp_ident.ros.node import parse_arguments, run_node
-from cdp_ident.ros.parameter_source import ParameterSource
-from cdp_ident.ros.parameters import Parameters, Shown
-from cdp_ident.ros.trigger import serve
+from cdp_ident.ros.model_parameters import ModelParameters, ParameterSource, own_values
+from cdp_ident.ros.node import parse_arguments, run_node, serve
+from cdp_ident.ros.parameters import Parameters
 from cdp_ident.trial.load import load_trial
 from cdp_ident.trial.options import TrialOptions
 
@@ -144,10 +139,8 @@ class Simulator:
         if not isinstance(self._show, Playing):
             return
         for parameter in changed:
-            if parameter.name == "rate":
-                self._show.take_rate(parameter.value)
-            elif parameter.name == "loop":
-                self._show.take_loop(parameter.value)
+            if parameter.name in ("rate", "loop"):
+                self._show.take_pace(parameter.name, parameter.value)
         if any(parameter.name.startswith(_START) for parameter in changed):
             self._show.begin_anew()
 
@@ -167,8 +160,8 @@ def _declare_trial_options(parameters: Parameters) -> TrialOptions:
     """Declare the conventions of the bag's or rig's joints, with the keys of `identify`."""
     given = {name: value for name, value in parameters.given().items() if name.startswith(_TRIAL) and name in KEYS}
     settings = Settings.of(given)
-    keys = ((KEYS[name], value) for name, value in settings.values().items() if name.startswith(_TRIAL))
-    parameters.show({key.name: Shown(value, key.description, key.unit, choices=key.choices) for key, value in keys})
+    values = {name: value for name, value in settings.values().items() if name.startswith(_TRIAL)}
+    parameters.show(replace(KEYS[name], value=value) for name, value in values.items())
     return settings.trial
 
 
@@ -195,11 +188,8 @@ def _refuse_contradictions(
 def main(arguments: list[str]) -> int:
     """Run the simulator."""
     options = parse_arguments(_parser(), arguments)
-
-    def make(node: Any, parameters: Parameters) -> Simulator:
-        return Simulator(node, parameters, options.bag, options.fitted, options.once)
-
-    return run_node(NODE_NAME, make, arguments)
+    given = (options.bag, options.fitted, options.once)
+    return run_node(NODE_NAME, lambda node, parameters: Simulator(node, parameters, *given), arguments)
 
 
 def _parser() -> ArgumentParser:

@@ -12,9 +12,8 @@ from rich.console import Console
 
 from cdp_ident.bag.folders import WatchedFolder
 from cdp_ident.configuration.fitted_model import fitted_yaml
-from cdp_ident.configuration.keys import is_key
 from cdp_ident.configuration.parameter_file import read_parameter_file
-from cdp_ident.configuration.settings import Settings, without_results
+from cdp_ident.configuration.settings import Settings, is_key, without_results
 from cdp_ident.diagnosis.new_trial import NewTrialCheck, check_new_trial
 from cdp_ident.errors import CdpIdentError, FitFailedError, OptionError
 from cdp_ident.model.effects import own

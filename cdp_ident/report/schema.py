@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from jsonschema import Draft202012Validator
 
-from cdp_ident.configuration.keys import KEYS, WEIGHTS
+from cdp_ident.configuration.settings import KEYS, WEIGHTS
 from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, SYMBOLS
 from cdp_ident.outside_text import shown
@@ -54,7 +54,7 @@ def _options() -> Schema:
     required = (*(constant.symbol for constant in CONSTANTS), *(f"nominal.{symbol}" for symbol in SYMBOLS))
     weight = {"type": "array", "items": _KINDS["finite number"], "maxItems": 3}
     values = {
-        name: (none if key.default is None else kinds[key.kind]) | {"description": key.description}
+        name: (none if key.value is None else kinds[type(key.value)]) | {"description": key.description}
         for name, key in KEYS.items()
     }
     of_weights = {"patternProperties": {f"^{re.escape(WEIGHTS)}": weight}}

@@ -3,12 +3,21 @@
 """From a serial port's bytes to verified records: never raises, whatever the bytes are."""
 
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from operator import le
 
-from cdp_ident.rig.codec import ChecksumError, Codec, FrameError
-from cdp_ident.rig.course import Course, steps_between
-from cdp_ident.rig.records import UNSIGNED_32, CartCommand, Hello, Record, Sample
+from cdp_ident.rig.protocol import (
+    UNSIGNED_32,
+    CartCommand,
+    ChecksumError,
+    Codec,
+    FrameError,
+    Hello,
+    Record,
+    Sample,
+    signed_32,
+)
 
 LONGEST_FRAME = 160
 """No frame of either codec is longer [bytes]: more bytes without a delimiter are not a frame."""
@@ -16,24 +25,42 @@ _RECENT = 64
 """So many samples back, one that comes again is known as a duplicate."""
 _LARGEST_LOSS = 1_000_000
 """A larger jump of the sequence number is believed only when the next sample follows it."""
+_LEAST = (100.0, 4.0, 4.0, 4.0)
+"""A clock that is read this late [us], and counts that flicker by so many, are never doubted."""
+_TIMES_USUAL = 8.0
+"""A sample is doubted where it is farther off than so many times what is usual."""
+_FORGOTTEN = 0.98
+"""What is usual shrinks by this from sample to sample."""
 
 
 @dataclass
 class Counters:
-    """What happened on the line since the port was first opened."""
+    """What has happened since the start; `/diagnostics` tells each by its name."""
 
     samples: int = 0
     """Samples that were passed on."""
+    published: int = 0
+    """Measurements made of them."""
+    lost: int = 0
+    """Sequence numbers that never came, those of frames dropped as bad included."""
     bad_checksum: int = 0
     """Frames whose checksum did not match."""
     malformed: int = 0
     """Stretches of bytes between delimiters that were no frame, and of the length of a frame without a delimiter."""
-    lost: int = 0
-    """Sequence numbers that never came, those of frames dropped as bad included."""
     duplicates: int = 0
     """Samples that came again."""
-    resets: int = 0
+    device_resets: int = 0
     """Times that the device started anew."""
+    device_overruns: int = 0
+    """Samples before which the device missed a reading."""
+    encoder_faults: int = 0
+    """Samples dropped because the device said that an encoder is faulty."""
+    impossible_jumps: int = 0
+    """Samples dropped because a joint seemed to move faster than its slew limit."""
+    dropped_without_greeting: int = 0
+    """Samples dropped because no greeting gave the counts per turn."""
+    clock_fits_begun_anew: int = 0
+    """How often the mapping of the device's clock was restarted."""
 
 
 @dataclass(frozen=True)
@@ -102,7 +129,7 @@ class Decoder:
             doubtful, self._doubtful = self._doubtful, None
             if not self._follows(doubtful):
                 if self._course.last is not None:
-                    self.counters.resets += 1
+                    self.counters.device_resets += 1
                     yield Restart()
                 self._course = Course()
                 self._recent.clear()
@@ -129,3 +156,72 @@ def _can_follow(before: Sample, after: Sample) -> bool:
     """Tell whether one sample can come after another in one run of a device, with few enough lost in between."""
     elapsed = (after.time_us - before.time_us) & UNSIGNED_32
     return 1 <= steps_between(before, after) <= _LARGEST_LOSS and 0 < elapsed < 2**31
+
+
+class Course:
+    """Predicts each sample from the two before it: the time between readings and the joints' speeds hardly change.
+
+    The usual error of the prediction is measured on the way: a device that reads its clock irregularly and a quick
+    pendulum have a larger one than a quartz and a pendulum at rest.
+    """
+
+    def __init__(self) -> None:
+        self.last: Sample | None = None
+        self._slopes: Sequence[float] | None = None
+        """Change by the reading of time [us] and of the counts of cart, inner and outer joint."""
+        self._limits = [_TIMES_USUAL * least for least in _LEAST]
+        """How far off a sample may be, in the same."""
+        self._step: tuple[Sample, tuple[int, Sequence[float], Sequence[float] | None]] | None = None
+
+    def take(self, sample: Sample) -> None:
+        """Go on to the next sample of the same run of the device."""
+        if self.last is not None:
+            steps, changes, off = self._step_to(sample)
+            if off is not None:
+                of_each = zip(_LEAST, off, self._limits, strict=True)
+                self._limits = [max(x, _TIMES_USUAL * error, _FORGOTTEN * limit) for x, error, limit in of_each]
+            self._slopes = changes if steps == 1 else [change / steps for change in changes]
+        self.last, self._step = sample, None
+
+    def predicts(self, sample: Sample) -> bool:
+        """Tell whether a sample is where the next one, or one a few readings on, is expected.
+
+        The second sample of a run always is: nothing is known of its speeds.
+        """
+        if self.last is None:
+            return False
+        _, _, off = self._step_to(sample)
+        return off is None or all(map(le, off, self._limits))
+
+    def _step_to(self, sample: Sample) -> tuple[int, Sequence[float], Sequence[float] | None]:
+        """Return readings and changes since the last sample, and how far off they are, None where that is not known.
+
+        They are kept: `take` asks for what `predicts` has asked for.
+        """
+        assert self.last is not None
+        if self._step is None or self._step[0] is not sample:
+            steps, changes = steps_between(self.last, sample), _changes(self.last, sample)
+            off = _off(changes, self._slopes, steps) if self._slopes else None
+            self._step = (sample, (steps, changes, off))
+        return self._step[1]
+
+
+def steps_between(before: Sample, after: Sample) -> int:
+    """Return how many readings one sample is after another, by their sequence numbers."""
+    return (after.sequence - before.sequence) & UNSIGNED_32
+
+
+def _changes(before: Sample, after: Sample) -> tuple[int, int, int, int]:
+    """Return the changes of time [us] and of the counts of cart, inner and outer joint, their roll-over removed."""
+    return (
+        (after.time_us - before.time_us) & UNSIGNED_32,
+        signed_32(after.cart - before.cart),
+        signed_32(after.inner - before.inner),
+        signed_32(after.outer - before.outer),
+    )
+
+
+def _off(changes: Sequence[float], slopes: Sequence[float], steps: int) -> Sequence[float]:
+    """Return how far changes are from those expected, by the steps: clocks run off, accelerations add up."""
+    time, *counts = [abs(change - slope * steps) for change, slope in zip(changes, slopes, strict=True)]
+    return [time, *counts] if steps == 1 else [time / steps, *[count / steps**2 for count in counts]]

@@ -2,13 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """When a sample was measured: the device's clock mapped to the host's, past the delays of the line."""
 
+import math
 from collections import deque
 
 import numpy as np
 
+from cdp_ident.arrays import Array
 from cdp_ident.bag.device_messages import ClockRate
-from cdp_ident.rig.records import UNSIGNED_32, signed_32
-from cdp_ident.rig.theil_sen import median_slope
+from cdp_ident.rig.protocol import UNSIGNED_32, signed_32
 
 _BUCKET = 0.25
 """The least delayed arrival in each stretch this long is what the fit sees [s]."""
@@ -53,8 +54,8 @@ class DeviceClock:
         rates: the offset found in the warm-up is kept.
         """
         self._simulated = simulated
-        self._origin_ns: int | None = None
-        self._first_us = 0
+        self._origin_ns = self._first_us = 0
+        """The host's time when the first sample arrived, and the device's own of it."""
         self._last_us: int | None = None
         self._unrolled_us = 0
         self._bucket_end = 0.0
@@ -80,15 +81,15 @@ class DeviceClock:
             return True
         if self._anchor is None or self._simulated:
             return False
-        device = self._device(time_us)
+        device = (self._unrolled_us + ((time_us - self._last_us) & UNSIGNED_32)) * 1e-6
         early = self._offset(device) - self._delay(device, arrival_ns) > _EARLY
         return early or self._late_buckets * _BUCKET > _LATE_FOR
 
     def observe(self, time_us: int, arrival_ns: int) -> None:
         """Take the device's time of a sample and the host's time when it arrived, in the order of the device."""
-        if self._origin_ns is None:
-            self._origin_ns, self._first_us = arrival_ns, time_us
-        self._unrolled_us += 0 if self._last_us is None else (time_us - self._last_us) & UNSIGNED_32
+        if self._last_us is None:
+            self._origin_ns, self._first_us, self._last_us = arrival_ns, time_us, time_us
+        self._unrolled_us += (time_us - self._last_us) & UNSIGNED_32
         self._last_us = time_us
         device = self._unrolled_us * 1e-6
         point = (device, self._delay(device, arrival_ns))
@@ -108,7 +109,7 @@ class DeviceClock:
         if self._last_us is None:
             raise ValueError("nothing observed yet")
         elapsed = self._unrolled_us + signed_32(time_us - self._last_us)
-        stamp = (self._origin_ns or 0) + elapsed * 1000 + round(self._offset(elapsed * 1e-6) * 1e9)
+        stamp = self._origin_ns + elapsed * 1000 + round(self._offset(elapsed * 1e-6) * 1e9)
         return stamp, (self._first_us + elapsed) * 1000
 
     def rate(self) -> ClockRate | None:
@@ -130,13 +131,8 @@ class DeviceClock:
         slope, low, high = median_slope(device, delay)
         return ClockRate(-slope / (1.0 + slope), (high - low) / 2.0)
 
-    def _device(self, time_us: int) -> float:
-        """Return device time since the first sample of this run [s]."""
-        elapsed = 0 if self._last_us is None else (time_us - self._last_us) & UNSIGNED_32
-        return (self._unrolled_us + elapsed) * 1e-6
-
     def _delay(self, device: float, arrival_ns: int) -> float:
-        return (arrival_ns - (self._origin_ns or 0)) * 1e-9 - device
+        return (arrival_ns - self._origin_ns) * 1e-9 - device
 
     def _offset(self, device: float) -> float:
         if self._anchor is None:
@@ -180,3 +176,21 @@ class DeviceClock:
             slope = min(max(-rate.fast / (1.0 + rate.fast), -_LARGEST_RATE), _LARGEST_RATE)
             slope *= slope**2 / (slope**2 + rate.std**2)
         return slope, min(delay + slope * (now - device) for device, delay in self._buckets if device >= now - _RECENT)
+
+
+def median_slope(x: Array, y: Array) -> tuple[float, float, float]:
+    """Return the slope of y (n,) over x (n,), and the ends of the interval of one standard deviation about it.
+
+    The slope is Theil's (1950). The interval is Sen's (J. Am. Stat. Assoc. 63, 1968): Kendall's rank correlation of
+    what the line leaves is none within it. `scipy.stats.theilslopes` gives the same, but to load it takes longer than
+    all else of a driver, whose samples wait meanwhile. x increases strictly, and has two values at least.
+    """
+    earlier, later = np.triu_indices(len(x), 1)
+    slopes = np.sort((y[later] - y[earlier]) / (x[later] - x[earlier]))
+    _, alike = np.unique(y, return_counts=True)
+    # The variance of Kendall's score, which values that are alike diminish.
+    whole, *parts = (count * (count - 1) * (2 * count + 5) / 18.0 for count in (len(y), *alike.tolist()))
+    std = math.sqrt(max(whole - sum(parts), 0.0))
+    low = max(round((len(slopes) - std) / 2.0) - 1, 0)
+    high = min(round((len(slopes) + std) / 2.0), len(slopes) - 1)
+    return float(np.median(slopes)), float(slopes[low]), float(slopes[high])

@@ -1,15 +1,20 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""From the encoders' counters to the positions of the joints."""
+"""From the encoders' counters to the positions of the joints, and the counts at rest, kept when the driver ends."""
 
 import math
 from collections import deque
 from dataclasses import dataclass
-from typing import Annotated, NamedTuple
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+import yaml
 
 from cdp_ident.errors import OptionError, RigError
-from cdp_ident.rig.records import UNSIGNED_32, Hello, Sample, signed_32
-from cdp_ident.user_input import Limits
+from cdp_ident.files import write_whole
+from cdp_ident.rig.protocol import UNSIGNED_32, Hello, Sample, signed_32
+from cdp_ident.user_input import Limits, number
+from cdp_ident.yaml_file import read_yaml
 
 HANGING = (0.0, math.pi, 0.0)
 """Positions of cart [m], inner and outer joint [rad] where the pendulum hangs: both rods down, the cart at its zero."""
@@ -18,6 +23,9 @@ REST_SECONDS = 1.0
 _REST_US = round(REST_SECONDS * 1e6)
 _BELIEVED_AFTER = 3
 """A jump past the slew limit is believed when this many samples in a row agree on it."""
+
+_LARGEST_COUNT = 2.0**63
+_NEW_ZERO = "delete it, let the pendulum hang and call ~/zero_hanging"
 
 Triple = tuple[float, float, float]
 _Sign = Annotated[int, Limits(-1, 1)]
@@ -101,8 +109,6 @@ class JointTracker:
     def __init__(self, scales: Triple, calibration: Calibration, zero: Triple) -> None:
         """`zero` are the counts at which the pendulum hangs."""
         self.zero = zero
-        self.jumps_dropped = 0
-        """Samples dropped because a joint moved faster than its slew limit."""
         self._scales = scales
         fastest = (calibration.cart_slew_limit, calibration.inner_slew_limit, calibration.outer_slew_limit)
         self._fastest = [abs(limit / scale) for limit, scale in zip(fastest, scales, strict=True)]
@@ -121,7 +127,6 @@ class JointTracker:
                 self._jumped.clear()
             self._jumped.append(now)
             if len(self._jumped) < _BELIEVED_AFTER:
-                self.jumps_dropped += 1
                 return None
         self._jumped.clear()
         self._last = now
@@ -170,3 +175,58 @@ class JointTracker:
 
 def _seconds(before: _Counted, after: _Counted) -> float:
     return ((after.time_us - before.time_us) & UNSIGNED_32) * 1e-6
+
+
+class Zero(NamedTuple):
+    """Counts at rest, hanging; and when they were taken, to know whether the device has run on since."""
+
+    cart_counts: float
+    """The mean over a second, so no whole number; likewise the next two."""
+    inner_counts: float
+    outer_counts: float
+    sequence: int
+    """Sequence number of the device at that time."""
+    taken_at_ns: int
+    """Host's time [ns since the epoch]."""
+
+    @property
+    def counts(self) -> Triple:
+        """Those of cart, inner and outer encoder."""
+        return self[:3]
+
+    def is_of_this_run(self, sequence: int, now_ns: int, period_us: int) -> bool:
+        """Tell whether the device's sequence number says that it was not reset since the zero was taken."""
+        elapsed = (now_ns - self.taken_at_ns) * 1e-9
+        counted = (sequence - self.sequence) % 2**32 * period_us * 1e-6
+        turn = 2**32 * period_us * 1e-6
+        error = (counted - elapsed + turn / 2) % turn - turn / 2
+        return elapsed >= -5.0 and abs(error) < 5.0 + 0.01 * elapsed
+
+
+def load_zero(path: Path) -> Zero | None:
+    """Return the zero kept in a file, None where there is no file yet.
+
+    Raises `RigError` where the file is there but is not a zero: guessing would falsify every angle.
+    """
+    try:
+        content: Any = read_yaml(path)
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError) as error:
+        raise RigError(f"the zero kept in {path} cannot be read: {error}; {_NEW_ZERO}") from error
+    if not isinstance(content, dict) or set(content) != set(Zero._fields):
+        raise RigError(f"the zero kept in {path} has not the keys {', '.join(Zero._fields)}; {_NEW_ZERO}")
+    try:
+        cart, inner, outer, *_ = (number(content[key], key, -_LARGEST_COUNT, _LARGEST_COUNT) for key in Zero._fields)
+    except OptionError as error:
+        raise RigError(f"the zero kept in {path} holds something that is not a number: {error}; {_NEW_ZERO}") from error
+    return Zero(cart, inner, outer, int(content["sequence"]), int(content["taken_at_ns"]))
+
+
+def save_zero(path: Path, zero: Zero) -> None:
+    """Keep a zero in a file, which is replaced as a whole. Raises `RigError` where it cannot be written."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_whole({path: yaml.safe_dump(zero._asdict(), sort_keys=False).encode()})
+    except OSError as error:
+        raise RigError(f"the zero cannot be kept in {path}: {error.strerror or error}") from error

@@ -1,22 +1,27 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""From a serial port's bytes to stamped joint positions: everything of the driver but the port and ROS."""
+"""From a serial port's bytes to stamped joint positions, and how that goes: all of the driver but the port and ROS."""
 
+import math
 import threading
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from cdp_ident.bag.device_messages import ClockRate
+from cdp_ident.bag.device_messages import CLOCK_RATE, CLOCK_RATE_STD, ClockRate
 from cdp_ident.errors import RigError
-from cdp_ident.rig.codec import Codec
 from cdp_ident.rig.decoder import Counters, Decoder, Restart
 from cdp_ident.rig.device_clock import DeviceClock
-from cdp_ident.rig.joints import Calibration, JointTracker, Triple
-from cdp_ident.rig.records import ENCODER_FAULTS, Hello, Sample, Status
-from cdp_ident.rig.zero import Zero
+from cdp_ident.rig.health import Health, Level
+from cdp_ident.rig.joints import Calibration, JointTracker, Triple, Zero
+from cdp_ident.rig.port import PortState
+from cdp_ident.rig.protocol import ENCODER_FAULTS, Codec, Hello, Sample, Status
 
 _MOST_WAITING = 20_000
 """Samples that wait for the clock's warm-up or the greeting at most; older ones are dropped."""
+_GREETING_WITHIN_NS = 3_000_000_000
+"""A rig greets about once a second: after so long [ns] without, it does not greet."""
+_PROBLEMS = ("lost", "bad_checksum", "device_resets", "device_overruns", "encoder_faults", "impossible_jumps")
+"""Counters that should stand still."""
 
 
 class Measurement(NamedTuple):
@@ -34,25 +39,14 @@ class Measurement(NamedTuple):
 class Totals:
     """What has happened since the start."""
 
-    line: Counters
+    counters: Counters
     hello: Hello | None = None
     first_arrival_ns: int | None = None
     """When the first verified sample arrived (host's time) …"""
     last_arrival_ns: int | None = None
     """… and when the last one did."""
-    measurements: int = 0
-    encoder_faults: int = 0
-    """Samples dropped because the device said that an encoder is faulty."""
-    jumps: int = 0
-    """Samples dropped because a joint seemed to move faster than its slew limit."""
-    overruns: int = 0
-    """Samples before which the device missed a reading."""
-    clock_restarts: int = 0
-    """How often the mapping of the device's clock was restarted."""
     clock_rate: ClockRate | None = None
     """How fast the device's clock runs, None while it is not known."""
-    unsent: int = 0
-    """Samples dropped because no greeting gave the counts per turn."""
     zero: str = "none was ever taken"
     """What is wrong with the zero, in words; empty if nothing is."""
     zero_counts: Triple = (0.0, 0.0, 0.0)
@@ -77,19 +71,19 @@ class MeasurementStream:
 
         `simulated` says that the host's time is simulated; see `DeviceClock`.
         """
-        self._simulated = simulated
+        self._simulated, self._survives_reset = simulated, survives_reset
         self._decoder = Decoder(codec)
         self._calibration, self._needs_greeting = calibration, calibration.needs_greeting()
-        self._zero = zero
-        self._survives_reset = survives_reset
-        self._totals = Totals(self._decoder.counters)
+        self._counters = self._decoder.counters
+        self._totals = Totals(self._counters)
         if zero:
             self._totals.zero, self._totals.zero_counts = "", zero.counts
+        self._unchecked_zero = None if survives_reset else zero
+        """A kept zero, while it is not known whether the device was reset since."""
         self._lock = threading.Lock()
-        self._clock = DeviceClock(self._simulated)
+        self._clock = DeviceClock(simulated)
         self._tracker: JointTracker | None = None
         self._waiting: list[Sample] = []
-        self._zero_is_checked = zero is None or survives_reset
         self._last: tuple[Sample, int] | None = None
 
     def port_was_opened(self) -> None:
@@ -103,25 +97,21 @@ class MeasurementStream:
             result: list[Measurement] = []
             for event in self._decoder.feed(data):
                 if isinstance(event, Hello):
-                    self._totals.hello = event
+                    self._totals.hello, self._needs_greeting = event, False
                 elif isinstance(event, Restart):
                     result += self._begin_anew()
-                    self._totals.jumps += self._tracker.jumps_dropped if self._tracker else 0
                     self._tracker = None
                     if not self._survives_reset:
-                        self._totals.zero = "the device was reset since it was taken"
-                        self._zero_is_checked = True
+                        self._doubt_zero()
                 else:
                     result += self._take(event, arrival_ns)
-            self._totals.measurements += len(result)
+            self._counters.published += len(result)
             return result
 
     def totals(self) -> Totals:
         """Return a copy of what has happened since the start."""
         with self._lock:
-            jumps = self._totals.jumps + (self._tracker.jumps_dropped if self._tracker else 0)
-            now = {"line": Counters(**vars(self._totals.line)), "jumps": jumps, "clock_rate": self._clock.rate()}
-            return Totals(**{**vars(self._totals), **now})
+            return replace(self._totals, counters=replace(self._counters), clock_rate=self._clock.rate())
 
     def take_zero(self) -> Zero:
         """Take the last second as hanging, from now on, and return it to be kept. Raises `RigError` while it moves."""
@@ -130,11 +120,12 @@ class MeasurementStream:
                 raise RigError("no samples have come: check the port in /diagnostics")
             counts = self._tracker.resting_counts()
             sample, stamp = self._last
-            self._zero = Zero(counts, sample.sequence, stamp)
             self._tracker.zero = counts
-            self._totals.zero, self._totals.zero_counts = "", counts
-            self._zero_is_checked = True
-            return self._zero
+            self._totals.zero, self._totals.zero_counts, self._unchecked_zero = "", counts, None
+            return Zero(*counts, sample.sequence, stamp)
+
+    def _doubt_zero(self) -> None:
+        self._totals.zero, self._unchecked_zero = "the device was reset since it was taken", None
 
     def _take(self, sample: Sample, arrival_ns: int) -> list[Measurement]:
         result: list[Measurement] = []
@@ -144,10 +135,10 @@ class MeasurementStream:
             result += self._begin_anew()
         self._clock.observe(sample.time_us, arrival_ns)
         self._waiting.append(sample)
-        if self._clock.ready and (self._totals.hello or not self._needs_greeting):
+        if self._clock.ready and not self._needs_greeting:
             result += self._stamp_waiting()
         elif len(self._waiting) > _MOST_WAITING:
-            self._totals.unsent += len(self._waiting) // 2
+            self._counters.dropped_without_greeting += len(self._waiting) // 2
             del self._waiting[: len(self._waiting) // 2]
         return result
 
@@ -155,34 +146,107 @@ class MeasurementStream:
         """Send what waits, and begin the clock's mapping anew."""
         result = self._stamp_waiting()
         self._clock = DeviceClock(self._simulated)
-        self._totals.clock_restarts += 1
+        self._counters.clock_fits_begun_anew += 1
         return result
 
     def _stamp_waiting(self) -> list[Measurement]:
-        if self._needs_greeting and self._totals.hello is None:
-            self._totals.unsent += len(self._waiting)
-            self._waiting.clear()
+        waiting, self._waiting = self._waiting, []
+        if self._needs_greeting:
+            self._counters.dropped_without_greeting += len(waiting)
+            return []
         result = []
-        for sample in self._waiting:
+        for sample in waiting:
             stamp, device = self._clock.times(sample.time_us)
             positions = self._positions(sample, stamp)
             if positions is not None:
                 result.append(Measurement(stamp, device, positions))
-        self._waiting.clear()
         return result
 
     def _positions(self, sample: Sample, stamp: int) -> Triple | None:
-        if not self._zero_is_checked and self._zero and self._totals.hello:
-            self._zero_is_checked = True
-            if not self._zero.is_of_this_run(sample.sequence, stamp, self._totals.hello.period_us):
-                self._totals.zero = "the device was reset since it was taken"
+        if self._unchecked_zero and self._totals.hello:
+            zero, self._unchecked_zero = self._unchecked_zero, None
+            if not zero.is_of_this_run(sample.sequence, stamp, self._totals.hello.period_us):
+                self._doubt_zero()
         self._last = (sample, stamp)
         if sample.status:  # rarely: to ask for flags takes as long as all else here
-            self._totals.overruns += bool(sample.status & Status.OVERRUN)
+            self._counters.device_overruns += bool(sample.status & Status.OVERRUN)
             if sample.status & ENCODER_FAULTS:
-                self._totals.encoder_faults += 1
+                self._counters.encoder_faults += 1
                 return None
         if self._tracker is None:
             scales = self._calibration.scales(self._totals.hello)
             self._tracker = JointTracker(scales, self._calibration, self._totals.zero_counts)
-        return self._tracker.positions(sample)
+        positions = self._tracker.positions(sample)
+        self._counters.impossible_jumps += positions is None
+        return positions
+
+
+def assess(
+    before: Totals,
+    now: Totals,
+    seconds: float,
+    silence: float,
+    stale_after: float,
+    port: PortState,
+    calibration: Calibration,
+) -> Health:
+    """Assess the time since the totals `before`, which were taken `seconds` ago.
+
+    `silence` is the time since the last verified sample [s], `stale_after` its limit, `calibration` the user's
+    parameters of the encoders.
+    """
+    since = {name: count - getattr(before.counters, name) for name, count in vars(now.counters).items()}
+    rate = since["samples"] / seconds if seconds > 0 else 0.0
+    expected = 1e6 / now.hello.period_us if now.hello else None
+    values = {
+        "port": port.name or "none",
+        "port state": "open" if port.name else port.problem,
+        "times unplugged": str(port.unplugged),
+        "firmware": now.hello.firmware if now.hello else "unknown",
+        "rate [Hz]": f"{rate:.1f}",
+        "expected rate [Hz]": f"{expected:.1f}" if expected else "unknown",
+        **{_in_words(name): str(count) for name, count in vars(now.counters).items()},
+        CLOCK_RATE: f"{1e6 * now.clock_rate.fast:.3f}" if now.clock_rate else "unknown",
+        CLOCK_RATE_STD: f"{1e6 * now.clock_rate.std:.3f}" if now.clock_rate else "unknown",
+        "zero": now.zero or "taken",
+        "zero counts": ", ".join(f"{count:g}" for count in now.zero_counts),
+        "counts per turn": ", ".join(str(counts or "unknown") for counts in calibration.counts_per_turn(now.hello)),
+        "metres per count": f"{calibration.metres_per_count:g}",
+        "signs": ", ".join(str(sign) for sign in calibration.signs),
+    }
+    device = " on ".join(filter(None, (now.hello and now.hello.firmware, port.name)))
+
+    def health(level: Level, message: str) -> Health:
+        return Health(level, message, values, device)
+
+    if port.name is None:
+        return health(Level.ERROR, f"no port: {port.problem}")
+    if silence > stale_after:
+        if damaged := since["bad_checksum"] + since["malformed"]:
+            return health(
+                Level.ERROR, f"bytes came but no intact frame (damaged: {damaged}): are codec and baud right?"
+            )
+        return health(Level.STALE, f"no sample for {silence:.1f} s" if math.isfinite(silence) else "no sample yet")
+    if calibration.needs_greeting() and now.hello is None:
+        if (now.last_arrival_ns or 0) - (now.first_arrival_ns or 0) < _GREETING_WITHIN_NS:
+            return health(Level.OK, "waiting for the rig's greeting, which gives the counts per turn")
+        return health(Level.ERROR, "nothing is published: no greeting gave the counts per turn; set them as parameters")
+    problems = [f"{_in_words(name)}: {since[name]}" for name in _PROBLEMS if since[name]]
+    if expected and before.counters.samples and rate < 0.95 * expected and not since["lost"]:
+        problems.append(f"{rate:.0f} Hz instead of {expected:.0f} Hz")
+    if now.hello:
+        for joint, said, count in (
+            ("inner", calibration.inner_counts_per_turn, now.hello.inner_counts),
+            ("outer", calibration.outer_counts_per_turn, now.hello.outer_counts),
+        ):
+            if said and said != count:
+                problems.append(f"{joint} encoder: the rig says {count} counts per turn, the parameter {said}")
+    if now.zero:
+        problems.append(f"zero: {now.zero}; let it hang and call ~/zero_hanging")
+    if problems:
+        return health(Level.WARN, "; ".join(problems))
+    return health(Level.OK, f"{rate:.0f} Hz")
+
+
+def _in_words(counter: str) -> str:
+    return counter.replace("_", " ")

@@ -1,13 +1,22 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""The model as a node's own parameters."""
+"""A model as parameters: a node's own, or those that another node serves, followed as they change."""
 
+import time
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any, SupportsFloat
 
+from rcl_interfaces.msg import ParameterEvent, ParameterType
+from rcl_interfaces.srv import GetParameters, ListParameters
+from rclpy.parameter import parameter_value_to_python
+from std_msgs.msg import String
+
+from cdp_ident.configuration.described import Described
 from cdp_ident.configuration.fitted_model import (
     EFFECT_PREFIX,
     GROUP_PREFIX,
+    OF_MECHANISM,
     OUTER_ROD_LENGTH,
     FittedModel,
     describes_model,
@@ -16,15 +25,15 @@ from cdp_ident.configuration.fitted_model import (
 )
 from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.effects.own import OWN_EFFECTS
-from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, NOMINAL, PARAMETERS
-from cdp_ident.ros.parameters import Parameters, Shown
+from cdp_ident.model.parameters import GROUPS, INERTIA, NOMINAL
+from cdp_ident.ros.node import call_every
+from cdp_ident.ros.parameters import Parameters
+from cdp_ident.ros.topics import latched
 
-_OF_MECHANISM = {
-    **{parameter.symbol: (parameter.description, parameter.unit) for parameter in (*PARAMETERS, *CONSTANTS, INERTIA)},
-    **{f"{GROUP_PREFIX}{group.symbol}": (group.formula, group.unit) for group in GROUPS},
-    OWN_EFFECTS: ("definitions of the user's own effects", ""),
-    OUTER_ROD_LENGTH: ("what the outer rod's length is taken to be, for air drag along it", "m"),
-}
+_LOOK_SECONDS = 0.1
+"""How often it is looked whether there is something to ask for [s]."""
+_ANSWER_SECONDS = 5.0
+"""A node that has not answered for so long [s] is asked again: it may have been started anew."""
 
 
 class ModelParameters:
@@ -55,7 +64,8 @@ class ModelParameters:
             return
         self._from_inside = True
         try:
-            shown = {name: Shown(value, *_described(name), changeable=not self._source) for name, value in new.items()}
+            changeable = not self._source
+            shown = [Described(name, value, *_described(name), changeable=changeable) for name, value in new.items()]
             self._parameters.show(shown, gone=self._shown.keys() - new.keys())
         finally:
             self._from_inside = False
@@ -100,9 +110,65 @@ def _of_ros(value: Any) -> str | float | list[float]:
 
 def _described(name: str) -> tuple[str, str]:
     """Return the description and the unit of a parameter."""
-    if name in _OF_MECHANISM:
-        return _OF_MECHANISM[name]
+    if name in OF_MECHANISM:
+        return OF_MECHANISM[name]
     effect_name, joint, *_, parameter_name = name.removeprefix(EFFECT_PREFIX).split(".")
     effect = next(effect for effect in known_effects() if (effect.name, effect.joint) == (effect_name, joint))
     unit = next((parameter.unit for parameter in effect.parameters if parameter.name == parameter_name), "")
     return f"{effect.description}: {parameter_name}", unit
+
+
+class ParameterSource:
+    """Reads a node's model as soon as it serves one, and again whenever its parameters change."""
+
+    def __init__(self, node: Any, source: str, take: Callable[[dict[str, Any]], None]) -> None:
+        """`source` is the other node's full name; `take` is given its parameters that describe the model, by name."""
+        self._node, self._source, self._take = node, source, take
+        self._list = node.create_client(ListParameters, f"{source}/list_parameters")
+        self._get = node.create_client(GetParameters, f"{source}/get_parameters")
+        self._changed = True
+        self._asked_at: float | None = None
+        self._answers: list[tuple[Any, Any]] = []
+        """The clients that were asked, and what they will answer."""
+        node.create_subscription(ParameterEvent, "/parameter_events", self._note_event, 1000)
+        node.create_subscription(String, f"{source}/state", self._note, latched())
+        call_every(node, _LOOK_SECONDS, self._look)
+
+    def _note_event(self, event: Any) -> None:
+        if event.node == self._source:
+            self._changed = True
+
+    def _note(self, _message: Any) -> None:
+        # A node that comes, or whose result is ready, may have done so before its events could be heard.
+        self._changed = True
+
+    def _look(self) -> None:
+        now = time.monotonic()
+        if self._asked_at is not None and now - self._asked_at > _ANSWER_SECONDS:
+            for client, answer in self._answers:
+                client.remove_pending_request(answer)
+            self._asked_at, self._changed = None, True
+        if self._changed and self._asked_at is None and self._list.service_is_ready() and self._get.service_is_ready():
+            self._changed, self._asked_at = False, now
+            self._answers.clear()
+            self._ask(self._list, ListParameters.Request(), partial(self._listed, now))
+
+    def _ask(self, client: Any, request: Any, take: Callable[[Any], None]) -> None:
+        answer = client.call_async(request)
+        self._answers.append((client, answer))
+        answer.add_done_callback(take)
+
+    def _listed(self, asked_at: float, future: Any) -> None:
+        if asked_at == self._asked_at:
+            names = [name for name in future.result().result.names if describes_model(name)]
+            self._ask(self._get, GetParameters.Request(names=names), partial(self._got, asked_at, names))
+
+    def _got(self, asked_at: float, names: list[str], future: Any) -> None:
+        if asked_at != self._asked_at:
+            return
+        self._asked_at = None
+        values = future.result().values
+        if len(values) != len(names) or any(value.type == ParameterType.PARAMETER_NOT_SET for value in values):
+            self._changed = True  # in between they became others
+        elif not self._changed:
+            self._take({n: parameter_value_to_python(value) for n, value in zip(names, values, strict=True)})

@@ -1,6 +1,6 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""What every node shares: arguments, and a life that ends cleanly."""
+"""What nodes share: arguments, a life that ends cleanly, steady timers, services of people's tools, and diagnostics."""
 
 import argparse
 import contextlib
@@ -17,10 +17,15 @@ import rclpy.exceptions
 import rclpy.executors
 import rclpy.logging
 import rclpy.signals
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.clock import Clock, ClockType
+from std_srvs.srv import Trigger
 
 from cdp_ident.command_line import ArgumentParser, split_arguments
-from cdp_ident.errors import OptionError
+from cdp_ident.errors import CdpIdentError, OptionError
 from cdp_ident.files import open_regular
+from cdp_ident.outside_text import shown, utf_8
+from cdp_ident.rig.health import Health
 from cdp_ident.ros.parameters import Parameters
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
@@ -106,3 +111,46 @@ def _refusal() -> Iterator[None]:
         yield
     except (RuntimeError, OSError, UnicodeEncodeError, rclpy.exceptions.ParameterException) as error:
         raise OptionError(f"ROS cannot start with these arguments and surroundings: {error}") from error
+
+
+def call_every(node: Any, seconds: float, action: Callable[[], None]) -> None:
+    """Call `action` every so many seconds of a steady clock.
+
+    A node's own timers live in ROS's time, which may be set back and, under `use_sim_time`
+    without a clock, stands still.
+    """
+    node.create_timer(seconds, action, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+
+def serve(node: Any, name: str, action: Callable[[], object]) -> None:
+    """Serve `name`: the answer is what `action` returns, or no success with what it raises, which is logged too."""
+
+    def answer(_request: Any, response: Any) -> Any:
+        try:
+            response.success, response.message = True, utf_8(action())
+        except CdpIdentError as error:
+            response.success, response.message = False, shown(error)
+            node.get_logger().warning(response.message)
+        return response
+
+    node.create_service(Trigger, name, answer)
+
+
+def diagnose(node: Any, report: Callable[[], Health]) -> None:
+    """Publish what `report` tells, which is asked once a second, under the node's fully qualified name."""
+    publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
+
+    def publish() -> None:
+        reported = report()
+        status = DiagnosticStatus(
+            level=bytes([reported.level]),
+            name=node.get_fully_qualified_name(),
+            message=utf_8(reported.message),
+            hardware_id=utf_8(reported.hardware_id),
+            values=[KeyValue(key=key, value=utf_8(value)) for key, value in reported.values.items()],
+        )
+        message = DiagnosticArray(status=[status])
+        message.header.stamp = node.get_clock().now().to_msg()
+        publisher.publish(message)
+
+    call_every(node, 1.0, publish)

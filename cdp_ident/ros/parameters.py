@@ -3,64 +3,25 @@
 """A node's parameters: typed, described, checked, and changed in one piece."""
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import sys
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import fields, is_dataclass, replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, TypeVar
 
 import rclpy.exceptions
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
 from rclpy.parameter import Parameter
 
-from cdp_ident.configuration.field_documentation import field_documentation, without_unit
+from cdp_ident.configuration.described import Described, described_fields
 from cdp_ident.configuration.parameter_file import QOS_OVERRIDES, is_of_ros, read_parameter_file
 from cdp_ident.errors import NoSectionError, OptionError
-from cdp_ident.user_input import limits_of, refuse_unknown, user_path
+from cdp_ident.user_input import refuse_unknown, user_path
 
 Value = TypeVar("Value", bool, int, float, str, list[str], list[float], list[int])
 
 Options = TypeVar("Options")
-
-_LARGEST = {float: 1.7976931348623157e308, int: 2**63 - 1}
-
-
-class Shown(NamedTuple):
-    """A parameter as others see it."""
-
-    value: Any
-    """A number, text, truth value or a list of one of these."""
-    description: str
-    unit: str = ""
-    minimum: float | None = None
-    maximum: float | None = None
-    choices: Sequence[str] = ()
-    changeable: bool = False
-    """Whether others may set it; it is read only to them if not."""
-
-    @property
-    def constraint(self) -> str:
-        """In words, what values are allowed."""
-        return (
-            f"one of: {', '.join(self.choices)}" if self.choices else _interval(self.minimum, self.maximum, self.unit)
-        )
-
-    def descriptor(self) -> ParameterDescriptor:
-        """Return its description for ROS's tools."""
-        descriptor = ParameterDescriptor(
-            type=Parameter.Type.from_parameter_value(self.value).value,
-            description=f"{self.description} [{self.unit}]" if self.unit else self.description,
-            additional_constraints=self.constraint,
-            read_only=not self.changeable,
-        )
-        limited = self.minimum is not None or self.maximum is not None
-        if type(self.value) is float and limited:
-            low, high = _limits(float, self.minimum, self.maximum)
-            descriptor.floating_point_range = [FloatingPointRange(from_value=low, to_value=high, step=0.0)]
-        elif type(self.value) is int and limited:
-            low, high = _limits(int, self.minimum, self.maximum)
-            descriptor.integer_range = [IntegerRange(from_value=int(low), to_value=int(high), step=0)]
-        return descriptor
 
 
 class Parameters:
@@ -77,62 +38,49 @@ class Parameters:
             raise OptionError(f"parameter {empty[0]!r} is given without a value")
         self._will_show: Callable[[str], bool] = lambda name: False
         # Clocks that change while a node runs would mix two times.
-        node.set_descriptor("use_sim_time", Shown(False, "whether time comes from /clock").descriptor())
+        clock = Described("use_sim_time", False, "whether time comes from /clock")
+        node.set_descriptor(clock.name, _descriptor(clock))
         self._for_any = _given_to_any(node, of_ros)
 
-    def declare(
-        self,
-        name: str,
-        default: Value,
-        description: str,
-        *,
-        unit: str = "",
-        minimum: float | None = None,
-        maximum: float | None = None,
-        choices: Sequence[str] = (),
-        changeable: bool = False,
-    ) -> Value:
+    def declare(self, name: str, default: Value, description: str, **more: Any) -> Value:
         """Declare a parameter and return its value: the user's where one was given, else the default.
 
-        The limits hold for numbers and for each number of a list; `choices` for strings. A parameter that is not
-        `changeable` keeps its value while the node runs, but for `set`. Raises `OptionError` where the user's value is
-        not allowed.
+        `more` are further fields of `Described`. The limits hold for numbers and for each number of a list; `choices`
+        for strings. A parameter that is not `changeable` keeps its value while the node runs, but for `show`. Raises
+        `OptionError` where the user's value is not allowed.
         """
-        shown = Shown(default, description, unit, minimum, maximum, choices, changeable)
-        constraint = shown.constraint
+        described = Described(name, default, description, **more)
+        expected = f"expected {described.constraint}: {description}"
         try:
-            parameter = self._node.declare_parameter(name, default, shown.descriptor())
+            parameter = self._node.declare_parameter(name, default, _descriptor(described))
         except rclpy.exceptions.InvalidParameterTypeException as error:
             raise OptionError(f"parameter {name!r}: {error}; write it like its default, {default!r}") from error
         except rclpy.exceptions.InvalidParameterValueException as error:
-            raise OptionError(f"parameter {name!r}: {error}; expected {constraint}: {description}") from error
+            raise OptionError(f"parameter {name!r}: {error}; {expected}") from error
         value: Value = list(parameter.value) if isinstance(default, list) else parameter.value
         for element in value if isinstance(value, list) else [value]:
-            if choices and element not in choices:
-                raise OptionError(f"parameter {name!r} is {element!r}; expected {constraint}: {description}")
-            if isinstance(element, float | int) and not _inside(element, minimum, maximum):
-                raise OptionError(f"parameter {name!r} is {element}; expected {constraint}: {description}")
+            if described.choices and element not in described.choices:
+                raise OptionError(f"parameter {name!r} is {element!r}; {expected}")
+            if isinstance(element, float | int) and not _inside(element, described):
+                raise OptionError(f"parameter {name!r} is {element}; {expected}")
         return value
 
     def declare_fields(self, defaults: Options, prefix: str = "") -> Options:
         """Declare a parameter for each field of a dataclass, and of those in it; return them with the user's values.
 
-        The words beneath a field describe its parameter, and `Limits` in its annotation limit it. Raises `OptionError`
-        as `declare` does.
+        `described_fields` describes them. Raises `OptionError` as `declare` does.
         """
-        words, limits = field_documentation(type(defaults)), limits_of(type(defaults))
+        described = {of.name: of for of in described_fields(defaults)}
         values: dict[str, Any] = {}
         for field in fields(defaults):  # type: ignore[arg-type]
             name, default = field.name, getattr(defaults, field.name)
             if is_dataclass(default):
                 values[name] = self.declare_fields(default, prefix)
                 continue
-            text, unit = without_unit(words[name])
-            is_path = isinstance(default, Path)
-            minimum, maximum, changeable = limits[name]
+            of, is_path = described[name], isinstance(default, Path)
             value = self.declare(
-                prefix + name, str(default) if is_path else default, text,
-                unit=unit, minimum=minimum, maximum=maximum, changeable=changeable,
+                prefix + name, str(default) if is_path else default, of.description,
+                unit=of.unit, minimum=of.minimum, maximum=of.maximum, choices=of.choices, changeable=of.changeable,
             )  # fmt: skip
             values[name] = user_path(value) if is_path else value
         return replace(defaults, **values)  # type: ignore[type-var]
@@ -154,25 +102,27 @@ class Parameters:
         """Return the present value of a declared parameter."""
         return self._node.get_parameter(name).value
 
-    def set(self, values: Mapping[str, Any]) -> None:
-        """Set declared parameters from inside the node, changeable or not: all at once, as one event."""
-        self._update({name: Parameter(name, value=value) for name, value in values.items()}, {})
-
-    def show(self, parameters: Mapping[str, Shown], gone: Iterable[str] = ()) -> None:
+    def show(self, parameters: Iterable[Described], gone: Iterable[str] = ()) -> None:
         """Declare parameters whatever the user gave, set those that are there, and undeclare others.
 
         All at once and as one event, so that nobody reads old values beside new ones.
         """
-        descriptors = {name: shown.descriptor() for name, shown in parameters.items()}
+        node = self._node
         changed = {
-            name: Parameter(name, value=shown.value)
-            for name, shown in parameters.items()
-            if not self._node.has_parameter(name) or self.get(name) != shown.value
+            of.name: (Parameter(of.name, value=of.value), _descriptor(of))
+            for of in parameters
+            if not node.has_parameter(of.name) or self.get(of.name) != of.value
         }
-        for name in gone:
-            changed[name] = Parameter(name)
-            descriptors[name] = ParameterDescriptor(dynamic_typing=True)  # rclpy undeclares no others
-        self._update(changed, descriptors)
+        for name in gone:  # rclpy undeclares no others
+            changed[name] = (Parameter(name), ParameterDescriptor(dynamic_typing=True))
+        if changed:
+            # The public ways refuse parameters that are read only to others, and declare one at a time.
+            descriptors = {name: descriptor for name, (_, descriptor) in changed.items()}
+            result = node._set_parameters_atomically_common(
+                [parameter for parameter, _ in changed.values()], descriptors
+            )
+            if not result.successful:
+                raise OptionError(result.reason)
 
     def check_changes(self, check: Callable[[list[Any]], object]) -> None:
         """Refuse a change from outside where `check`, given its parameters, raises `OptionError`, with that reason."""
@@ -209,14 +159,6 @@ class Parameters:
                     f"{name} changes nothing: this node has no such topic, or policy to set"
                 )
 
-    def _update(self, parameters: Mapping[str, Parameter], descriptors: Mapping[str, ParameterDescriptor]) -> None:
-        if parameters:
-            # The public ways refuse parameters that are read only to others, and declare one at a time.
-            own = {name: descriptors.get(name) or self._node._descriptors[name] for name in parameters}
-            result = self._node._set_parameters_atomically_common(list(parameters.values()), own)
-            if not result.successful:
-                raise OptionError(result.reason)
-
 
 def _keep_clock(parameters: Iterable[Parameter]) -> None:
     """Refuse to change the clock while the node runs: rclpy, which declares `use_sim_time`, lets anybody do so."""
@@ -244,18 +186,27 @@ def _given_to_any(node: Any, of_ros: Sequence[str]) -> set[str]:
     return for_any - own
 
 
-def _limits(kind: type, minimum: float | None, maximum: float | None) -> tuple[float, float]:
-    largest = _LARGEST[kind]
-    return (-largest if minimum is None else minimum), (largest if maximum is None else maximum)
+def _descriptor(of: Described) -> ParameterDescriptor:
+    """Return what ROS's tools tell of a parameter."""
+    descriptor = ParameterDescriptor(
+        type=Parameter.Type.from_parameter_value(of.value).value,
+        description=f"{of.description} [{of.unit}]" if of.unit else of.description,
+        additional_constraints=of.constraint,
+        read_only=not of.changeable,
+    )
+    kind = type(of.value)
+    if kind in (int, float) and (of.minimum is not None or of.maximum is not None):
+        largest = sys.float_info.max if kind is float else 2**63 - 1
+        low = -largest if of.minimum is None else kind(of.minimum)
+        high = largest if of.maximum is None else kind(of.maximum)
+        if kind is float:
+            descriptor.floating_point_range = [FloatingPointRange(from_value=low, to_value=high, step=0.0)]
+        else:
+            descriptor.integer_range = [IntegerRange(from_value=low, to_value=high, step=0)]
+    return descriptor
 
 
-def _inside(value: float, minimum: float | None, maximum: float | None) -> bool:
-    return math.isfinite(value) and (minimum is None or value >= minimum) and (maximum is None or value <= maximum)
-
-
-def _interval(minimum: float | None, maximum: float | None, unit: str) -> str:
-    if minimum is None and maximum is None:
-        return ""
-    low = "" if minimum is None else f"at least {minimum:g}"
-    high = "" if maximum is None else f"at most {maximum:g}"
-    return " and ".join(filter(None, (low, high))) + (f" {unit}" if unit else "")
+def _inside(value: float, of: Described) -> bool:
+    low = -math.inf if of.minimum is None else of.minimum
+    high = math.inf if of.maximum is None else of.maximum
+    return math.isfinite(value) and low <= value <= high

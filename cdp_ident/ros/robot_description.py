@@ -11,7 +11,7 @@ from rclpy.parameter import Parameter
 
 from cdp_ident.configuration.fitted_model import FittedModel, fitted_model
 from cdp_ident.errors import OptionError
-from cdp_ident.ros.parameter_source import ParameterSource
+from cdp_ident.ros.model_parameters import ParameterSource
 
 _PATIENCE = 5.0
 """How long a robot_state_publisher that starts is waited for [s]."""

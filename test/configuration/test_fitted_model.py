@@ -39,6 +39,12 @@ GIVEN_GROUPS = {
 }
 
 
+@pytest.fixture
+def content(content):
+    """A report's content that may be changed."""
+    return copy.deepcopy(content)
+
+
 def model_of(values):
     return fitted_model(NOMINAL | values, "here")
 
@@ -179,7 +185,6 @@ def test_values_deviations_and_determination_come_under_their_names(content):
 
 
 def test_the_file_is_loaded_by_another_node_infinite_deviations_too(content, tmp_path):
-    content = copy.deepcopy(content)
     content["after"]["groups"]["c2_over_A22"]["std"] = math.inf  # no trial shows it
     text = fitted_yaml(content)
     assert yaml.safe_load(text)["/**"]["ros__parameters"]["std.groups.c2_over_A22"] == math.inf
@@ -196,7 +201,6 @@ def test_the_file_is_loaded_by_another_node_infinite_deviations_too(content, tmp
 
 
 def test_a_bag_s_name_cannot_end_the_comment(content):
-    content = copy.deepcopy(content)
     content["trials"][0]["name"] = "evil\nm1: 3"
     assert yaml.safe_load(fitted_yaml(content)) == yaml.safe_load(fitted_yaml(content | {"trials": []}))
 
@@ -213,7 +217,6 @@ def test_the_file_is_the_model_that_the_identification_ended_with(outcome, conte
 
 
 def test_a_second_impulse_on_the_same_rod_has_a_name_of_its_own(content):
-    content = copy.deepcopy(content)
     (effect,) = content["effects"]
     content["effects"] = [effect, effect]
     names = [parameter.name for parameter in fitted_parameters(content)]
@@ -222,7 +225,6 @@ def test_a_second_impulse_on_the_same_rod_has_a_name_of_its_own(content):
 
 
 def test_a_curve_s_coefficients_are_one_list(content):
-    content = copy.deepcopy(content)
     torque = [1e-3 * math.sin(k) for k in range(80)]
     curve = {"coefficients": torque, "coefficients_std": [math.inf, *torque[1:]]}
     content["effects"] = [content["effects"][0] | {"name": "unknown_torque", "variant": "over_angle", "curve": curve}]

@@ -1,17 +1,19 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""From names and values to options."""
+"""From names and values to options; config/identify.yaml shows every key as it is."""
 
 import contextlib
 import math
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cdp_ident.configuration.keys import KEYS, description_of, is_key
-from cdp_ident.configuration.settings import Settings, without_results
+from cdp_ident.configuration.parameter_file import read_parameter_file
+from cdp_ident.configuration.settings import KEYS, Settings, description_of, is_key, without_results
 from cdp_ident.errors import OptionError
 from cdp_ident.fit.objective import SHORT_IGA
 from cdp_ident.fit.options import IdentifyOptions
@@ -140,3 +142,35 @@ def test_what_identify_shows_with_its_result_is_passed_over_in_one_line_and_noth
     assert kept == settings
     assert line.startswith("m1, groups.A23_over_A22, std.L …: results")
     assert without_results(settings) == (settings, "")
+
+
+FILE = Path(__file__).parents[2] / "config/identify.yaml"
+TEXT = FILE.read_text()
+
+
+def test_the_file_changes_nothing():
+    assert Settings.of(read_parameter_file(FILE, "identify").taken()).values() == Settings.of({}).values()
+
+
+def test_it_sets_exactly_the_keys_whose_default_depends_on_nothing():
+    depends = ("lower.", "upper.", "known.", "known_std.", "search.")
+    fixed = {name for name in KEYS if not name.startswith(depends)}
+    assert set(read_parameter_file(FILE, "identify").taken()) == fixed
+
+
+def test_all_other_keys_are_there_commented_out_with_their_defaults(tmp_path):
+    # Taking away the "# " of what is a key or a group of them makes them active.
+    active = re.sub(r"(?m)^    # ((?:  )?\w+:(?: [\w.…]+)?(?: +#.*)?)$", r"    \1", TEXT).replace("…", "null")
+    (tmp_path / "all.yaml").write_text(active)
+    found = read_parameter_file(tmp_path / "all.yaml", "identify").taken()
+    assert set(found) == set(KEYS)
+    for key in KEYS.values():
+        assert found[key.name] == (key.value if not isinstance(key.value, float) else pytest.approx(key.value))
+
+
+@pytest.mark.parametrize("key", [key for key in KEYS.values() if key.unit], ids=lambda key: key.name)
+def test_units_stand_beside_the_keys(key):
+    group, _, name = key.name.rpartition(".")
+    section = TEXT[TEXT.index(f"{group}:\n") :] if group else TEXT
+    line = re.search(rf"(?m)(?:^.*\n)?^[ #]*{name}:.*$", section)
+    assert f"[{key.unit}]" in line[0]

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Nodes as processes, and a node of the test's own that listens to them."""
 
+import re
 import signal
 import subprocess
 import sys
@@ -20,7 +21,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from cdp_ident.ros.qos import latched
+from cdp_ident.ros.topics import latched
 
 ROOT = Path(__file__).parents[2]
 PATIENCE = 300.0
@@ -72,22 +73,21 @@ class Listener:
         self.joint_states = []
         self.diagnostics = []
         self.statuses = []
-        self.states = []
-        self.bags = []
         reliable = rclpy.qos.QoSProfile(depth=20000)
         self.node.create_subscription(JointState, "joint_states", self.joint_states.append, reliable)
         self.node.create_subscription(DiagnosticArray, "/diagnostics", self._take_diagnostics, 100)
-        self.node.create_subscription(
-            String, "/recorder/state", lambda word: self.states.append(word.data), latched(10)
-        )
-        self.node.create_subscription(
-            String, "/recorder/bag", lambda word: self.bags.append(Path(word.data)), latched(10)
-        )
+        self.states, self.bags = self.words("/recorder/state"), self.words("/recorder/bag")
         self.executor = rclpy.executors.SingleThreadedExecutor(context=self.context)
         self.executor.add_node(self.node)
         self.stopping = False
         self.thread = threading.Thread(target=self._spin)
         self.thread.start()
+
+    def words(self, topic):
+        """Return what a latched topic says, as it comes."""
+        heard = []
+        self.node.create_subscription(String, topic, lambda word: heard.append(word.data), latched(10))
+        return heard
 
     def _take_diagnostics(self, message):
         self.statuses += message.status
@@ -208,12 +208,30 @@ def start(tmp_path):
 
 
 @pytest.fixture
+def refused(capfd):
+    """Run in this process a node that must not start; return the one line with which it ends."""
+
+    def run(main, *arguments):
+        assert main(arguments) == 2
+        (line,) = [line for line in capfd.readouterr().err.splitlines() if not line.startswith("[INFO]")]
+        assert re.match(r"\w+: error: ", line)
+        return line
+
+    return run
+
+
+def of_ros(*parameters):
+    """Return parameters as ROS's arguments."""
+    return ["--ros-args", *(word for parameter in parameters for word in ("-p", parameter))]
+
+
+@pytest.fixture
 def start_driver(start, tmp_path):
     """Start a driver for the port tmp_path/tty whose zero is kept in tmp_path/zero.yaml."""
 
     def start_one(*parameters, port="tty"):
         given = [f"port:={tmp_path / port}", f"zero_file:={tmp_path / 'zero.yaml'}", *parameters]
-        return start("driver", "--ros-args", *(word for parameter in given for word in ("-p", parameter)))
+        return start("driver", *of_ros(*given))
 
     return start_one
 

@@ -13,6 +13,7 @@ from std_msgs.msg import Float64
 from cdp_ident.configuration.parameter_file import parameter_file
 from cdp_ident.model.parameters import NOMINAL
 from cdp_ident.nodes.driver import main
+from cdp_ident.nodes.emulator import main as emulate
 
 pytestmark = pytest.mark.waits
 
@@ -206,17 +207,48 @@ def test_faster_than_real_time_stamps_are_the_rigs_time_and_velocities_come_on_r
         ("inner_joint:=''", "inner_joint"),
     ],
 )
-def test_a_wrong_parameter_is_one_line_and_exit_code_2(capfd, tmp_path, parameter, words):
-    assert words in refused(capfd, f"zero_file:={tmp_path / 'zero.yaml'}", parameter)
+def test_a_wrong_parameter_is_one_line_and_exit_code_2(refused, tmp_path, parameter, words):
+    assert words in refused(main, "--ros-args", "-p", f"zero_file:={tmp_path / 'zero.yaml'}", "-p", parameter)
 
 
-def test_a_damaged_zero_file_is_one_line_and_exit_code_2(capfd, tmp_path):
+def test_a_damaged_zero_file_is_one_line_and_exit_code_2(refused, tmp_path):
     (tmp_path / "zero.yaml").write_text("nonsense")
-    assert "zero.yaml" in refused(capfd, f"port:={tmp_path / 'tty'}", f"zero_file:={tmp_path / 'zero.yaml'}")
+    given = ("-p", f"port:={tmp_path / 'tty'}", "-p", f"zero_file:={tmp_path / 'zero.yaml'}")
+    assert "zero.yaml" in refused(main, "--ros-args", *given)
 
 
-def refused(capfd, *parameters):
-    """Return the one line with which a driver ends that is given these parameters."""
-    assert main(["--ros-args", *(word for parameter in parameters for word in ("-p", parameter))]) == 2
-    (line,) = capfd.readouterr().err.splitlines()
-    return line
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--rig", "nowhere.yaml"], "nowhere.yaml cannot be read"),
+        (["--flips", "2"], "not a number from 0 to 1"),
+        (["--speed", "0"], "not a number from 0.001 to 1000"),
+        (["--seed", "-1"], "-1 is not a number from 0 to 4294967295"),
+        (["--first-count", "2147483648"], "2147483648 is not a number from -2147483648 to 2147483647"),
+        ([], "something else is there"),
+    ],
+)
+def test_wrong_arguments_are_told_with_exit_code_2(tmp_path, arguments, words, refused):
+    (tmp_path / "tty").write_text("mine")
+    assert words in refused(emulate, "--link", str(tmp_path / "tty"), *arguments)
+    assert (tmp_path / "tty").read_text() == "mine"
+
+
+def test_a_port_that_cannot_come_back_ends_it_in_one_line(start_emulator, tmp_path):
+    (tmp_path / "mine").write_text("mine")
+    emulator = start_emulator("--unplug-at", "0.1", "--unplugged-for", "0.1", "--replug-as", str(tmp_path / "mine"))
+    assert emulator.exit_code() == 2
+    assert "something else is there" in emulator.said
+    assert "Traceback" not in emulator.said
+    assert (tmp_path / "mine").read_text() == "mine"
+
+
+@pytest.mark.campaign  # it compiles
+def test_ctrl_c_while_it_compiles_is_not_lost(start, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    emulator = start("emulator", "--link", str(tmp_path / "rig"), "--ros-args", "--log-level", "debug")
+    emulator.wait_until_it_says("emulator")  # the node is made
+    assert not (tmp_path / "rig").exists()
+    assert emulator.end() == 0
+    assert "Traceback" not in emulator.said
+    assert not (tmp_path / "rig").is_symlink()

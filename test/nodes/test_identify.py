@@ -16,7 +16,6 @@ import pytest
 import yaml
 from rcl_interfaces.msg import ParameterEvent
 from rclpy.parameter_client import AsyncParameterClient
-from std_msgs.msg import String
 
 from cdp_ident.commands.import_csv import main as import_csv
 from cdp_ident.configuration.parameter_file import read_parameter_file
@@ -24,7 +23,6 @@ from cdp_ident.configuration.settings import Settings
 from cdp_ident.model.parameters import GROUPS, INERTIA, NOMINAL
 from cdp_ident.nodes.identify import main
 from cdp_ident.report.folder import FIGURES, FILES, json_text
-from cdp_ident.ros.qos import latched
 from reference.pendulum import TABLE_5
 from scenarios.clean_bags import write_clean_bags
 
@@ -168,9 +166,8 @@ def test_a_fit_that_failed_is_one_line_a_report_and_exit_code_3(capsys, tmp_path
 
 
 @pytest.mark.parametrize("parameter", ["nominal.m3:=1.0", "window:=long"])
-def test_a_bad_ros_parameter_is_one_line_and_exit_code_2(parameter, out, capfd):
-    assert main(["--bag", WIDE, "--out", str(out), "--ros-args", "-p", parameter]) == 2
-    (line,) = capfd.readouterr().err.splitlines()
+def test_a_bad_ros_parameter_is_one_line_and_exit_code_2(parameter, out, refused):
+    line = refused(main, "--bag", WIDE, "--out", str(out), "--ros-args", "-p", parameter)
     assert parameter.partition(":")[0] in line
 
 
@@ -225,22 +222,17 @@ class Client:
     def __init__(self, listener):
         self.listener = listener
         self.client = AsyncParameterClient(listener.node, "/identify")
-        self.states = []
-        listener.node.create_subscription(
-            String, "/identify/state", lambda word: self.states.append(word.data), latched(10)
-        )
+        self.states = listener.words("/identify/state")
 
     def wait_until_it_serves(self):
-        self.listener.wait_for(self.client.services_are_ready)
         self.listener.wait_for(lambda: "m1" in self.names())
         self.listener.wait_for(lambda: self.states and self.states[-1].startswith("ready"))
 
     def names(self):
-        return self.listener.answer(self.client.list_parameters).result.names
+        return self.listener.parameter_names("/identify")
 
     def values(self, *names):
-        values = self.listener.answer(lambda: self.client.get_parameters(list(names))).values
-        return [value.double_value for value in values]
+        return list(self.listener.get_parameters("/identify", names).values())
 
     def descriptors(self, *names):
         return self.listener.answer(lambda: self.client.describe_parameters(list(names))).descriptors

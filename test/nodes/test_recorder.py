@@ -15,12 +15,10 @@ from rclpy.duration import Duration
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rosbags.highlevel import AnyReader
 from sensor_msgs.msg import JointState
-from std_msgs.msg import String
 
 from cdp_ident.bag.joint_state import typestore
 from cdp_ident.model.weights import Weight
 from cdp_ident.nodes.recorder import main
-from cdp_ident.ros.qos import latched
 from cdp_ident.trial.load import load_trial
 from cdp_ident.trial.options import TrialOptions
 
@@ -47,6 +45,14 @@ def stamps(bag):
     return np.array([message.header.stamp.sec * 10**9 + message.header.stamp.nanosec for message in messages])
 
 
+def information(bag):
+    """Return what a bag's metadata say of each topic, and of the trial."""
+    content = yaml.safe_load((Path(bag) / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
+    return {entry["topic_metadata"]["name"]: entry for entry in content["topics_with_message_count"]}, content[
+        "custom_data"
+    ]
+
+
 @pytest.fixture
 def start_recorder(start, tmp_path):
     def start_one(*parameters):
@@ -69,7 +75,7 @@ def test_a_trial_with_weights_from_the_rig_to_the_bag(listener, start_recorder, 
     start_emulator("--delay", "0.01", rig=f"added: {{inner: [0.08, 0.25], outer: [0.05, 0.3]}}\n{heavy}")
     assert listener.call("/recorder/arm") == (True, "armed")
     listener.wait_for(lambda: listener.bags)
-    (bag,) = listener.bags
+    (bag,) = map(Path, listener.bags)
     assert listener.states == ["idle", "armed", "recording", "idle"]
 
     recorded = stamps(bag)
@@ -77,10 +83,8 @@ def test_a_trial_with_weights_from_the_rig_to_the_bag(listener, start_recorder, 
     assert set(recorded) <= {
         state.header.stamp.sec * 10**9 + state.header.stamp.nanosec for state in listener.joint_states
     }
-    content = yaml.safe_load((bag / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
-    topics = {entry["topic_metadata"]["name"] for entry in content["topics_with_message_count"]}
-    assert topics == {"/joint_states", "/time_reference", "/diagnostics"}
-    facts = content["custom_data"]
+    topics, facts = information(bag)
+    assert topics.keys() == {"/joint_states", "/time_reference", "/diagnostics"}
     assert facts["ended"] == "the pendulum came to rest"
     assert (facts["cart_at_rest"], facts["samples_lost"]) == ("true", "0")
     assert "emulator" in facts["rig"]
@@ -107,15 +111,8 @@ def test_an_impossible_weight_is_refused_and_none_is_the_default(listener, start
         assert "recorder.added.outer is" in reason
 
 
-def refused(capfd, *arguments):
-    """Return the one line with which a recorder ends that is given these arguments of ROS."""
-    assert main(["--ros-args", *arguments]) == 2
-    (line,) = capfd.readouterr().err.splitlines()
-    return line
-
-
-def test_a_recorder_with_an_impossible_weight_does_not_start(capfd, tmp_path):
-    said = refused(capfd, "-p", f"folder:={tmp_path / 'trials'}", "-p", "added.outer:=[0.05]")
+def test_a_recorder_with_an_impossible_weight_does_not_start(refused, tmp_path):
+    said = refused(main, "--ros-args", "-p", f"folder:={tmp_path / 'trials'}", "-p", "added.outer:=[0.05]")
     assert "recorder.added.outer is [0.05]; expected [mass in kg, place in m]" in said
 
 
@@ -127,12 +124,8 @@ def test_two_rigs_side_by_side_are_recorded_each_with_its_own_state(listener, st
         "/rig1/driver: {ros__parameters: {inner_joint: upper, outer_joint: lower}}\n"
         "/rig1/recorder: {ros__parameters: {inner_joint: upper, outer_joint: lower}}\n"
     )
-    states = {"rig1": [], "rig2": []}
-    bags = {"rig1": [], "rig2": []}
-    for rig, heard_states in states.items():
-        for topic, heard in (("state", heard_states), ("bag", bags[rig])):
-            take = lambda message, heard=heard: heard.append(message.data)  # noqa: E731
-            listener.node.create_subscription(String, f"/{rig}/recorder/{topic}", take, latched(10))
+    states, bags = ({rig: listener.words(f"/{rig}/recorder/{topic}") for rig in JOINTS} for topic in ("state", "bag"))
+    for rig in JOINTS:
         common = ("-r", f"__ns:=/{rig}", "--params-file", str(tmp_path / "rigs.yaml"))
         start("driver", "--ros-args", *common, "-p", f"port:={tmp_path / rig}")
         start("recorder", "--ros-args", *common, "-p", f"folder:={tmp_path / 'trials' / rig}")
@@ -141,10 +134,8 @@ def test_two_rigs_side_by_side_are_recorded_each_with_its_own_state(listener, st
         start_emulator(rig=TRIAL.replace("rate: 100", "rate: 50"), link=rig)
     listener.wait_for(lambda: all(bags.values()))
     for rig, (bag, *_) in bags.items():
-        content = yaml.safe_load((Path(bag) / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
-        topics = {entry["topic_metadata"]["name"] for entry in content["topics_with_message_count"]}
-        assert topics == {f"/{rig}/joint_states", f"/{rig}/time_reference", "/diagnostics"}
-        facts = content["custom_data"]
+        topics, facts = information(bag)
+        assert topics.keys() == {f"/{rig}/joint_states", f"/{rig}/time_reference", "/diagnostics"}
         assert (facts["rig_name"], json.loads(facts["rig"])["port"]) == (f"/{rig}/driver", str(tmp_path / rig))
         trial = load_trial(Path(bag), TrialOptions(inner_joint=JOINTS[rig][0], outer_joint=JOINTS[rig][1]))
         assert trial.clock is not None
@@ -213,8 +204,7 @@ def test_a_best_effort_publisher_is_heard_and_what_it_offers_is_recorded(listene
     publish()
     time.sleep(0.5)
     _, bag = listener.call("/recorder/stop")
-    content = yaml.safe_load((Path(bag) / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
-    (topic,) = (entry for entry in content["topics_with_message_count"] if "joint" in entry["topic_metadata"]["name"])
+    topic = information(bag)[0]["/joint_states"]
     (offered,) = topic["topic_metadata"]["offered_qos_profiles"]
     assert offered["reliability"] == "best_effort"
     assert topic["message_count"] > 0

@@ -13,8 +13,7 @@ from cdp_ident.errors import CdpIdentError
 from cdp_ident.model.parameters import NOMINAL
 from cdp_ident.replay.scene import Frame
 from cdp_ident.replay.shadow import Phase, Shadow
-from cdp_ident.rig.emulator.motion import Motion
-from cdp_ident.rig.emulator.script import Hold, LetGo, MoveCart, Wait
+from cdp_ident.rig.emulator.motion import Hold, LetGo, Motion, MoveCart, Wait
 from cdp_ident.rig.recording.facts import Position
 from cdp_ident.trial.options import TrialOptions
 from reference.pendulum import TABLE_5

@@ -2,10 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The mapping of clocks against delays of the kinds that serial lines and USB have."""
 
+import math
+
 import numpy as np
 import pytest
+from scipy.stats import theilslopes
 
-from cdp_ident.rig.device_clock import DeviceClock
+from cdp_ident.rig.device_clock import DeviceClock, median_slope
 
 ROLL_OVER_US = 2**32
 EPOCH_NS = 1_760_000_000_000_000_000
@@ -170,3 +173,22 @@ def test_the_devices_own_time_counts_roll_overs():
     for number in range(400):
         clock.observe((first + number * 5000) % ROLL_OVER_US, EPOCH_NS + number * 5_000_000)
     assert clock.times((first + 399 * 5000) % ROLL_OVER_US)[1] == (first + 399 * 5000) * 1000
+
+
+ONE_SIGMA = math.erf(math.sqrt(0.5))
+"""Probability of a normal number within one standard deviation."""
+
+
+@pytest.mark.parametrize("digits", [12, 1, 0])
+@pytest.mark.parametrize("count", [2, 6, 59])
+def test_slope_and_interval_are_scipy_s_though_values_repeat(count, digits):
+    rng = np.random.default_rng(count)
+    for _ in range(20):
+        x = np.cumsum(rng.uniform(0.5, 1.5, count))
+        y = np.round(0.03 * x + rng.exponential(1.0, count), digits)
+        expected = theilslopes(y, x, ONE_SIGMA)
+        assert median_slope(x, y) == (expected.slope, expected.low_slope, expected.high_slope)
+
+
+def test_values_that_are_all_equal_have_no_slope():
+    assert median_slope(np.arange(6.0), np.ones(6)) == (0.0, 0.0, 0.0)

@@ -1,6 +1,6 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Counts to positions: scale, sign, zero, roll-over and impossible jumps."""
+"""Counts to positions: scale, sign, roll-over, impossible jumps, and the zero in its file."""
 
 import math
 from dataclasses import replace
@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cdp_ident.errors import RigError
-from cdp_ident.rig.joints import Calibration, JointTracker
-from cdp_ident.rig.records import Hello, Sample
+from cdp_ident.rig.joints import Calibration, JointTracker, Zero, load_zero, save_zero
+from cdp_ident.rig.protocol import Hello, Sample
 
 CALIBRATION = Calibration(metres_per_count=1e-4, inner_counts_per_turn=4000, outer_counts_per_turn=8000)
 AS_FAST_AS_IT_LIKES = replace(CALIBRATION, cart_slew_limit=1e9, inner_slew_limit=1e9, outer_slew_limit=1e9)
@@ -59,27 +59,21 @@ def test_positions_do_not_notice_that_counters_roll_over(zero, steps):
         )
 
 
-def test_one_impossible_jump_is_dropped_and_what_follows_is_untouched():
+@pytest.mark.parametrize(
+    ("counts", "dropped"),
+    [
+        # What follows one impossible jump is untouched, one that lasts is believed after three samples, …
+        ([0, 1, 2000, 2, 3], [2]),
+        ([0, 1, 2000, 2001, 2002, 2003], [2, 3]),
+        # … and of those that never agree all are dropped.
+        ([0, 5000, -9000, 700_000, 3, -80_000, 4], [1, 2, 3, 5]),
+    ],
+)
+def test_impossible_jumps_are_dropped_until_they_last(counts, dropped):
     joints = tracker()
-    inner = [joints.positions(sample(step, inner=count)) for step, count in enumerate([0, 1, 2000, 2, 3])]
-    assert [position is None for position in inner] == [False, False, True, False, False]
-    assert inner[4] == pytest.approx((0.0, math.pi + math.tau * 3 / 4000, 0.0))
-    assert joints.jumps_dropped == 1
-
-
-def test_a_jump_that_lasts_is_believed_after_three_samples():
-    joints = tracker()
-    inner = [joints.positions(sample(step, inner=count)) for step, count in enumerate([0, 1, 2000, 2001, 2002, 2003])]
-    assert [position is None for position in inner] == [False, False, True, True, False, False]
-    assert joints.jumps_dropped == 2
-
-
-def test_arbitrary_jumps_that_never_agree_are_all_dropped():
-    joints = tracker()
-    counts = [0, 5000, -9000, 700_000, 3, -80_000, 4]
-    assert [joints.positions(sample(step, inner=count)) is None for step, count in enumerate(counts)] == [
-        False, True, True, True, False, True, False,
-    ]  # fmt: skip
+    inner = [joints.positions(sample(step, inner=count)) for step, count in enumerate(counts)]
+    assert [step for step, position in enumerate(inner) if position is None] == dropped
+    assert inner[-1] == pytest.approx((0.0, math.pi + math.tau * counts[-1] / 4000, 0.0))
 
 
 def test_resting_counts_are_the_mean_of_the_last_second():
@@ -115,3 +109,58 @@ def test_the_greeting_tells_the_counts_that_the_user_did_not():
     assert not CALIBRATION.needs_greeting()
     with pytest.raises(RigError, match="no greeting"):
         half.scales(None)
+
+
+ZERO = Zero(1.5, -2.25, 1e9, 4_000_000_000, 1_760_000_000_000_000_000)
+
+
+def test_a_zero_is_kept(tmp_path):
+    path = tmp_path / "new" / "zero.yaml"
+    save_zero(path, Zero(0.0, 0.0, 0.0, 1, 2))
+    save_zero(path, ZERO)
+    assert load_zero(path) == ZERO
+    assert list(path.parent.iterdir()) == [path]
+
+
+def test_no_file_is_no_zero(tmp_path):
+    assert load_zero(tmp_path / "zero.yaml") is None
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"",
+        b"[1, 2]",
+        b"cart_counts: 1\n",
+        b"{cart_counts: x, inner_counts: 0, outer_counts: 0, sequence: 0, taken_at_ns: 0}",
+        b"{cart_counts: .nan, inner_counts: 0, outer_counts: 0, sequence: 0, taken_at_ns: 0}",
+    ],
+)
+def test_a_damaged_file_is_refused_with_what_to_do(tmp_path, content):
+    path = tmp_path / "zero.yaml"
+    path.write_bytes(content)
+    with pytest.raises(RigError, match=r"(?s)zero\.yaml.*delete it"):
+        load_zero(path)
+
+
+def test_a_place_that_cannot_be_written_is_told(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(RigError, match="cannot be kept"):
+        save_zero(tmp_path / "file" / "zero.yaml", ZERO)
+
+
+@pytest.mark.parametrize(
+    ("sequence", "seconds", "same"),
+    [
+        (4_000_000_000, 0.0, True),
+        (4_000_060_000, 60.0, True),
+        ((4_000_000_000 + 86_400_000) % 2**32, 86_400.2, True),
+        ((4_000_000_000 + 864_000_000) % 2**32, 864_000.0, True),
+        (100, 60.0, False),
+        (0, 1.0, False),
+        (4_000_060_000, 600.0, False),
+        (4_000_060_000, -60.0, False),
+    ],
+)
+def test_the_sequence_number_tells_whether_the_device_ran_on(sequence, seconds, same):
+    assert ZERO.is_of_this_run(sequence, ZERO.taken_at_ns + round(seconds * 1e9), 1000) is same

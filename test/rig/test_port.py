@@ -77,10 +77,17 @@ def listen():
         listener.reader.stop()
 
 
-def test_bytes_come_through_in_order(tmp_path, listen):
+@pytest.fixture
+def connected(tmp_path, listen):
+    """A cable, and who listens to it."""
     cable = Cable(tmp_path / "tty")
     listener = listen(cable.link)
     wait_for(lambda: listener.opened == 1)
+    return cable, listener
+
+
+def test_bytes_come_through_in_order(connected):
+    cable, listener = connected
     sent = b""
     for number in range(200):
         sent += (piece := bytes([number]) * (number % 7))
@@ -138,10 +145,8 @@ def test_a_port_that_comes_back_under_another_name_is_found_by_its_pattern(tmp_p
     assert listener.reader.port.name == str(cable.link)
 
 
-def test_access_is_exclusive(tmp_path, listen):
-    cable = Cable(tmp_path / "tty")
-    listener = listen(cable.link)
-    wait_for(lambda: listener.opened == 1)
+def test_access_is_exclusive(connected, listen):
+    cable, _ = connected
     with pytest.raises(serial.SerialException, match=r"exclusively lock|busy"):
         serial.Serial(str(cable.link), exclusive=True)
     second = listen(cable.link)
@@ -150,10 +155,8 @@ def test_access_is_exclusive(tmp_path, listen):
     assert second.reader.port.problem == second.said[1].removesuffix("; trying again until it works")
 
 
-def test_other_programs_are_kept_out_while_it_reads(tmp_path, listen):
-    cable = Cable(tmp_path / "tty")
-    listener = listen(cable.link)
-    wait_for(lambda: listener.opened == 1)
+def test_other_programs_are_kept_out_while_it_reads(connected):
+    cable, listener = connected
     assert is_taken(cable.computer)
     listener.reader.stop()
     assert not is_taken(cable.computer)
@@ -190,10 +193,8 @@ def test_dtr_falls_as_the_port_is_closed_only_if_asked(tmp_path, listen, reset_o
     assert bool(termios.tcgetattr(cable.computer)[2] & termios.HUPCL) == reset_on_open
 
 
-def test_bytes_are_passed_on_as_they_come(tmp_path, listen):
-    cable = Cable(tmp_path / "tty")
-    listener = listen(cable.link)
-    wait_for(lambda: listener.opened == 1)
+def test_bytes_are_passed_on_as_they_come(connected):
+    cable, listener = connected
     late = []
     for count in range(100):
         sent = time.monotonic()

@@ -16,6 +16,7 @@ SCRIPT = textwrap.dedent(
     """
     import sys
     from cdp_ident.command_line import ArgumentParser, entry_point
+    from cdp_ident.configuration.described import Described
     from cdp_ident.ros.node import parse_arguments, run_node
 
     class Body:
@@ -26,7 +27,6 @@ SCRIPT = textwrap.dedent(
             self.codec = parameters.declare("codec", "binary", "the codec", choices=("binary", "text"))
             parameters.declare("signs", [1.0, 1.0], "the signs", minimum=-1.0, maximum=1.0)
             parameters.declare("count", 3, "a number", minimum=0, changeable=True)
-            parameters.set({"rate": self.rate + 1.0})
             self.parameters, self.node, self.once = parameters, node, once
             node.create_timer(0.05, self.tick)
             self.said = False
@@ -37,7 +37,7 @@ SCRIPT = textwrap.dedent(
                 changes = {"rate": 5.0, "count": 7, "use_sim_time": True}
                 results = self.node.set_parameters([Parameter(name, value=value) for name, value in changes.items()])
                 print("outside", [result.successful for result in results], results[0].reason, flush=True)
-                self.parameters.set({"rate": 9.0})
+                self.parameters.show([Described("rate", 9.0, "how often")])
                 print("ready", self.parameters.get("rate"), self.parameters.get("count"), flush=True)
                 self.said = True
                 if self.once:

@@ -2,25 +2,44 @@
 # SPDX-License-Identifier: Apache-2.0
 """The YAML file that describes an emulated rig."""
 
-from dataclasses import dataclass, field, replace
+import math
+from dataclasses import MISSING, dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar, get_type_hints
 
 import numpy as np
 import numpy.typing as npt
 
 from cdp_ident.errors import OptionError
 from cdp_ident.model.acting import NO_EFFECTS, ActingEffects, outer_rod_length
+from cdp_ident.model.effects.catalogue import effect_of
+from cdp_ident.model.effects.effect import Effect
 from cdp_ident.model.effects.own import OWN_EFFECTS, use
 from cdp_ident.model.parameters import GROUPS, LARGEST, NOMINAL, SYMBOLS, inertia_about_cart, physical_coefficients
 from cdp_ident.model.weights import ADDED, INERTIA, RODS, Weight, added_by, weights_of
 from cdp_ident.rig.emulator.device import Encoders
-from cdp_ident.rig.emulator.drive import Drive
-from cdp_ident.rig.emulator.effects import parse_effects
-from cdp_ident.rig.emulator.fields import mapping, of_fields
-from cdp_ident.rig.emulator.script import DEFAULT_SCRIPT, Command, MoveCart, WaitForCommand, parse_script
-from cdp_ident.user_input import number
+from cdp_ident.rig.emulator.motion import Command, Drive, Hold, LetGo, MoveCart, Wait, WaitForCommand
+from cdp_ident.user_input import limits_of, number, quoted, refuse_unknown
 from cdp_ident.yaml_file import read_yaml
+
+_Part = TypeVar("_Part")
+
+DEFAULT_SCRIPT: tuple[Command, ...] = (
+    Wait(3.0),
+    Hold(math.radians(60.0), math.radians(60.0)),
+    Wait(1.5),
+    LetGo(),
+    Wait(25.0),
+)
+
+_KINDS: dict[str, type[Command]] = {
+    "wait": Wait,
+    "hold": Hold,
+    "cart": MoveCart,
+    "let_go": LetGo,
+    "wait_for_command": WaitForCommand,
+}
+"""By their names in a rig's file."""
 
 
 @dataclass(frozen=True)
@@ -73,32 +92,107 @@ def load_rig(path: Path) -> EmulatedRig:
         content: Any = read_yaml(path)
     except (OSError, ValueError) as error:
         raise OptionError(f"the rig's file {path} cannot be read: {error}") from error
-    content = mapping(content, str(path), _KEYS)
-    rig = EmulatedRig()
+    content = _mapping(content, str(path), _KEYS)
     parameters = {
         symbol: number(value, f"{path}: parameters: {symbol}", 1e-6 if symbol == "L" else 0.0, LARGEST)
-        for symbol, value in mapping(content.get("parameters", {}), f"{path}: parameters", tuple(NOMINAL)).items()
+        for symbol, value in _mapping(content.get("parameters", {}), f"{path}: parameters", tuple(NOMINAL)).items()
     }
-    script = parse_script(content["script"], f"{path}: script") if "script" in content else rig.script
-    drive = of_fields(content["drive"], Drive, f"{path}: drive") if "drive" in content else None
-    rig = replace(
-        rig,
-        parameters=rig.parameters | parameters,
-        encoders=of_fields(content.get("encoders", {}), Encoders, f"{path}: encoders"),
-        rate=number(content.get("rate", rig.rate), f"{path}: rate", minimum=1.0, maximum=5000.0),
-        clock_error=number(content.get("clock_error", 0.0), f"{path}: clock_error", minimum=-0.01, maximum=0.01),
-        drive=drive,
-        script=script * int(number(content.get("repeat", 1), f"{path}: repeat", minimum=1, maximum=10_000)),
-    )
-    not_possible, why = (MoveCart, "cart") if rig.drive else (WaitForCommand, "wait_for_command")
+    script = parse_script(content["script"], f"{path}: script") if "script" in content else DEFAULT_SCRIPT
+    drive = _of_fields(content["drive"], Drive, f"{path}: drive") if "drive" in content else None
+    encoders = _of_fields(content.get("encoders", {}), Encoders, f"{path}: encoders")
+    rate = number(content.get("rate", EmulatedRig.rate), f"{path}: rate", 1.0, 5000.0)
+    clock_error = number(content.get("clock_error", 0.0), f"{path}: clock_error", -0.01, 0.01)
+    repeat = int(number(content.get("repeat", 1), f"{path}: repeat", 1, 10_000))
+    not_possible, why = (MoveCart, "cart") if drive else (WaitForCommand, "wait_for_command")
     if any(isinstance(command, not_possible) for command in script):
-        has = "has a drive, which alone moves it" if rig.drive else "has no drive; give the key drive"
+        has = "has a drive, which alone moves it" if drive else "has no drive; give the key drive"
         raise OptionError(f"{path}: script: {why} is not possible, for the cart {has}")
-    added = mapping(content.get(ADDED, {}), f"{path}: {ADDED}", RODS)
+    added = _mapping(content.get(ADDED, {}), f"{path}: {ADDED}", RODS)
     weights = weights_of({f"{ADDED}.{rod}": weight for rod, weight in added.items()}, str(path))
-    rig = replace(rig, weights=tuple(weight for weight in weights.values() if weight))
+    clamped = tuple(weight for weight in weights.values() if weight)
+    rig = EmulatedRig(NOMINAL | parameters, encoders, rate, clock_error, script * repeat, weights=clamped, drive=drive)
     rig.coefficients()
-    use(mapping(content.get(OWN_EFFECTS, {}), f"{path}: {OWN_EFFECTS}"), rig.inertia, f"{path}: {OWN_EFFECTS}")
+    use(_mapping(content.get(OWN_EFFECTS, {}), f"{path}: {OWN_EFFECTS}"), rig.inertia, f"{path}: {OWN_EFFECTS}")
     outer_length = outer_rod_length(rig.parameters["L"], rig.parameters["l2"])
     effects = parse_effects(content.get("effects", {}), rig.inertia, outer_length, f"{path}: effects")
     return replace(rig, effects=effects)
+
+
+def parse_script(content: Any, where: str) -> tuple[Command, ...]:
+    """Return the commands of a list as it stands in a YAML file.
+
+    `- wait: 2.0`, `- hold: {theta1: 1.0, theta2: 1.2, within: 1.5}`, `- let_go`, `- cart: {to: 0.1, within: 0.5}`,
+    `- wait_for_command`. Raises `OptionError` where it is something else; `where` says in which file.
+    """
+    if not isinstance(content, list) or not content:
+        raise OptionError(f"{where}: expected a list of {', '.join(_KINDS)}, found {quoted(content)}")
+    return tuple(_command(entry, f"{where}, entry {number}") for number, entry in enumerate(content, 1))
+
+
+def _command(entry: Any, where: str) -> Command:
+    if isinstance(entry, str) and entry in _KINDS and not fields(_KINDS[entry]):
+        return _of_fields({}, _KINDS[entry], where)
+    if not isinstance(entry, dict) or len(entry) != 1:
+        raise OptionError(f"{where}: expected one of {', '.join(_KINDS)}, found {quoted(entry)}")
+    ((name, value),) = entry.items()
+    refuse_unknown([name], _KINDS, f"command in {where}")
+    if not fields(_KINDS[name]):
+        raise OptionError(f"{where}: {name} takes no value")
+    return _of_fields({"seconds": value} if name == "wait" else value, _KINDS[name], f"{where}: {name}")
+
+
+def parse_effects(content: Any, inertia: float, outer_length: float, where: str) -> ActingEffects:
+    """Return the effects of a rig's file: `{coulomb_friction: {inner: {torque: 0.002}}, …}`, in physical units.
+
+    Names are those of the catalogue, or of own effects; of several forms of an effect the first is meant, unless
+    `variant` (or, for `cogging_torque`, `periods`) says otherwise. What a joint has more than once, such as harmonics,
+    is a list. `inertia` is A22, that of any weights included [kg m^2], and `outer_length` is what air drag acts along
+    [m]. Times count from the emulator's start. Raises `OptionError` for what is unknown or out of its range.
+    """
+    if content == {}:
+        return NO_EFFECTS
+    chosen = [
+        _possible_now(*effect_of(name, joint, one, inertia, where), f"{where}: {name}: {joint}")
+        for name, joints in _mapping(content, where).items()
+        for joint, given in _mapping(joints, f"{where}: {name}").items()
+        for one in (given if isinstance(given, list) else [given])
+    ]
+    return ActingEffects.of(chosen, outer_length)
+
+
+def _possible_now(effect: Effect, values: list[float], where: str) -> tuple[Effect, list[float]]:
+    """Refuse an encoder that is early: what it would show has not happened yet."""
+    if effect.law.lateness and values[0] < 0.0:
+        raise OptionError(
+            f"{where}: {effect.parameters[0].name} is {values[0]:g}; an emulated encoder can only be late"
+        )
+    return effect, values
+
+
+def _mapping(content: Any, where: str, known: tuple[str, ...] = ()) -> dict[str, Any]:
+    """Return a mapping of the file. Raises `OptionError` where it is none, or has a key that is not `known`."""
+    if not isinstance(content, dict):
+        keys = f"keys ({', '.join(known)})" if known else "keys"
+        raise OptionError(f"{where}: expected {keys} with values, found {quoted(content)}")
+    if known:
+        refuse_unknown(map(str, content), known, f"key in {where}")
+    return content
+
+
+def _of_fields(content: Any, kind: type[_Part], where: str) -> _Part:
+    """Return a dataclass of numbers that a mapping gives by the names of its fields; others have their defaults.
+
+    Raises `OptionError` where a number is missing, unknown or out of its field's limits.
+    """
+    limits, types, values = limits_of(kind), get_type_hints(kind), {}
+    given = _mapping(content, where, tuple(limits))
+    for part in fields(kind):  # type: ignore[arg-type]
+        name = part.name
+        if name in given:
+            least, most, _ = limits[name]
+            assert least is not None
+            assert most is not None
+            values[name] = types[name](number(given[name], f"{where}: {name}", least, most))
+        elif part.default is MISSING:
+            raise OptionError(f"{where}: {name} is missing")
+    return kind(**values)

@@ -12,14 +12,11 @@ from typing import Annotated
 
 import numpy as np
 
-from cdp_ident.rig.codec import Codec
+from cdp_ident.rig.emulator.cable import SECONDS, Faults, Line, PseudoTerminal
 from cdp_ident.rig.emulator.configuration import EmulatedRig
-from cdp_ident.rig.emulator.device import Device
-from cdp_ident.rig.emulator.drive import DrivenCart
-from cdp_ident.rig.emulator.effects import Readings
-from cdp_ident.rig.emulator.faults import SECONDS, Faults, Line
-from cdp_ident.rig.emulator.motion import Motion
-from cdp_ident.rig.emulator.pseudo_terminal import PseudoTerminal
+from cdp_ident.rig.emulator.device import Device, Readings
+from cdp_ident.rig.emulator.motion import DrivenCart, Motion
+from cdp_ident.rig.protocol import Codec
 from cdp_ident.user_input import Limits
 
 _TICK = 0.002
@@ -88,8 +85,6 @@ class Emulation:
         self._plug_at = 0.0
         self._stop = threading.Event()
         self._sent = 0
-        self.end_of_script: float | None = None
-        """The rig's time at which the script had come to its end [s], None before."""
 
     def stop(self) -> None:
         """Make `run` return."""
@@ -137,7 +132,5 @@ class Emulation:
     def _next_positions(self, count: int) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
         while len(self._ready) < count:
             self._ready.extend(self._motion.advance(self._ahead))
-            if self._motion.finished and self.end_of_script is None:
-                self.end_of_script = (self._sent + len(self._ready)) / self.rig.rate
         samples = np.array([self._ready.popleft() for _ in range(count)])
         return np.column_stack([samples[:, 0], self._readings.of(samples[:, 1:])])

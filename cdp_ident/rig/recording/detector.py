@@ -57,25 +57,25 @@ class SlidingRange:
     def __init__(self, seconds: float) -> None:
         self._span_ns = round(seconds * 1e9)
         self._first_ns = self._last_ns = 0
-        self._low: deque[tuple[int, float]] = deque()
-        self._high: deque[tuple[int, float]] = deque()
+        self._lows: list[deque[tuple[int, float]]] = []
+        """What may still become the smallest, of each value and of its negative."""
 
-    def update(self, stamp_ns: int, value: float) -> float:
-        """Take the next value; return the range, infinity while less than the span was seen."""
-        if not self._low or not 0 <= stamp_ns - self._last_ns <= self._span_ns // 2:
-            self._low.clear()
-            self._high.clear()
-            self._first_ns = stamp_ns
+    def update(self, stamp_ns: int, *values: float) -> float:
+        """Take the next values; return the largest of their ranges, infinity while less than the span was seen."""
+        of_both = [sign * value for value in values for sign in (1.0, -1.0)]
+        if not self._lows or not 0 <= stamp_ns - self._last_ns <= self._span_ns // 2:
+            self._lows, self._first_ns = [deque() for _ in of_both], stamp_ns
         self._last_ns = stamp_ns
-        for extremes, sign in ((self._low, 1.0), (self._high, -1.0)):
-            while extremes and sign * extremes[-1][1] >= sign * value:
-                extremes.pop()
-            extremes.append((stamp_ns, value))
-            while extremes[0][0] < stamp_ns - self._span_ns:
-                extremes.popleft()
+        for lows, value in zip(self._lows, of_both, strict=True):
+            while lows and lows[-1][1] >= value:
+                lows.pop()
+            lows.append((stamp_ns, value))
+            while lows[0][0] < stamp_ns - self._span_ns:
+                lows.popleft()
         if stamp_ns - self._first_ns < self._span_ns:
             return math.inf
-        return self._high[0][1] - self._low[0][1]
+        lowest = [lows[0][1] for lows in self._lows]
+        return max(-low - high for low, high in zip(lowest[::2], lowest[1::2], strict=True))
 
 
 class ReleaseDetector:
@@ -83,7 +83,7 @@ class ReleaseDetector:
 
     def __init__(self, limits: TrialLimits) -> None:
         self._limits = limits
-        self._ranges = (SlidingRange(_HOLD_SECONDS), SlidingRange(_HOLD_SECONDS))
+        self._range = SlidingRange(_HOLD_SECONDS)
         self._last_ns = self._still_since = self._still_until = 0
         self._place: tuple[float, float] | None = None
         """Where it was held until then; None while it is not held."""
@@ -94,7 +94,7 @@ class ReleaseDetector:
         if gap < 0 or (gap > _HOLD_SECONDS / 2 * 1e9 and self._is_near(inner, outer)):
             self._still_since += gap  # a hold goes on as if there had been no gap: it is still there, or time went back
             self._still_until += gap
-        if _range(self._ranges, stamp_ns, inner, outer) <= self._limits.hold_limit:
+        if self._range.update(stamp_ns, inner, outer) <= self._limits.hold_limit:
             if _from_hanging(inner, outer) <= self._limits.away_limit:
                 self._place = None
                 return False
@@ -126,7 +126,7 @@ class EndDetector:
         self._ends_when_caught = ends_when_caught
         self._first: tuple[float, float] | None = None
         self._moved = False
-        self._ranges = (SlidingRange(_REST_SECONDS), SlidingRange(_REST_SECONDS))
+        self._range = SlidingRange(_REST_SECONDS)
 
     def update(self, stamp_ns: int, inner: float, outer: float) -> End | None:
         """Take the next positions [rad]; return why the trial ends here, None while it goes on."""
@@ -136,7 +136,7 @@ class EndDetector:
             return End.SILENCE
         first = self._first = self._first or (inner, outer)
         self._moved |= _moved(first, inner, outer) > self._limits.release_limit
-        moved = _range(self._ranges, stamp_ns, inner, outer)
+        moved = self._range.update(stamp_ns, inner, outer)
         hangs = _from_hanging(inner, outer) < self._limits.away_limit
         if self._moved and moved <= self._limits.rest_limit and hangs:
             return End.AT_REST
@@ -148,11 +148,6 @@ class EndDetector:
 def _moved(place: tuple[float, float], inner: float, outer: float) -> float:
     """Return how far the joint is from a place that is farther from it [rad]."""
     return max(abs(inner - place[0]), abs(outer - place[1]))
-
-
-def _range(ranges: tuple[SlidingRange, SlidingRange], stamp_ns: int, inner: float, outer: float) -> float:
-    """Return how far the joint that moved more has moved lately [rad]."""
-    return max(moved.update(stamp_ns, value) for moved, value in zip(ranges, (inner, outer), strict=True))
 
 
 def _from_hanging(inner: float, outer: float) -> float:

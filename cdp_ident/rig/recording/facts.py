@@ -6,16 +6,17 @@ import json
 import math
 import struct
 from array import array
-from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from pathlib import Path
+from typing import Annotated, Any
 
 import numpy as np
 
 from cdp_ident.bag.joint_state import HEAD_OFFSET, NANOSECONDS, STAMP_OFFSET, Layout, parse_layout
 from cdp_ident.bag.metadata import RIG_NAME, UNKNOWN
 from cdp_ident.model.weights import ADDED, Weight, settings_of
-from cdp_ident.rig.recording.detector import End
+from cdp_ident.rig.recording.detector import End, TrialLimits
+from cdp_ident.user_input import Limits
 
 _GAP = 1.5
 """Two samples more than this many usual periods apart have lost others between them."""
@@ -78,14 +79,31 @@ class PositionReader:
         return of[self._joints.inner_joint], of[self._joints.outer_joint]
 
 
+@dataclass(frozen=True)
+class RecorderOptions:
+    """What to record, where, and what counts as a trial."""
+
+    folder: Path = Path("trials")
+    """Where bags go, each in a folder of its own."""
+    name: str = "trial"
+    """What names of bags begin with; the time follows."""
+    joints: JointNames = field(default_factory=JointNames)
+    limits: TrialLimits = field(default_factory=TrialLimits)
+    pre_trigger: Annotated[float, Limits(0.0, 60.0)] = 1.0
+    """How much from before the release is kept [s]."""
+    cart_limit: Annotated[float, Limits(0.0, 10.0)] = 0.002
+    """With more motion of the cart a trial is not zero-input [m]."""
+    shortest: Annotated[float, Limits(0.0, 3600.0)] = 5.0
+    """A shorter trial is of little use [s]."""
+    rearm: bool = False
+    """Arm at the start and after each trial without being asked."""
+
+
 @dataclass
 class TrialFacts:
     """Collected from the samples of one trial."""
 
-    cart_limit: float
-    """More motion of the cart than this after the release is not zero-input [m]."""
-    shortest: float
-    """A trial shorter than this is of little use [s]."""
+    options: RecorderOptions
     released_ns: int
     """Stamp of the first free sample, or of the start by hand."""
     started_by_hand: bool
@@ -144,21 +162,22 @@ class TrialFacts:
         """Return what is wrong with the trial, in words."""
         found = []
         motion, lost = self.cart_motion, self.lost()
-        if motion is not None and motion > self.cart_limit:
-            found.append(f"not zero-input: the cart moved by {motion:.4g} m (limit {self.cart_limit:g} m)")
+        if motion is not None and motion > self.options.cart_limit:
+            found.append(f"not zero-input: the cart moved by {motion:.4g} m (limit {self.options.cart_limit:g} m)")
         if lost:
             missing = f"the longest gap is {self.longest_gap():.3f} s"
             found.append(f"{lost} of {len(self.stamps) + lost} samples are lost, {missing}")
         if back := int(np.sum(self._steps() < 0)):
             found.append(f"the stamps went back {back} times")
-        if self.duration < self.shortest:
-            found.append(f"too short to be useful: {self.duration:.1f} s (at least {self.shortest:g} s are)")
+        if self.duration < self.options.shortest:
+            found.append(f"too short to be useful: {self.duration:.1f} s (at least {self.options.shortest:g} s are)")
         if zero := self.rig.get("zero", "").removeprefix("taken"):
             found.append(f"the zero is uncertain: {zero}")
         return found
 
-    def as_metadata(self, end: End, parameters: Mapping[str, object]) -> dict[str, str]:
-        """Return the facts as a bag's custom data; `parameters` are the recorder's."""
+    def as_metadata(self, end: End) -> dict[str, str]:
+        """Return the facts as a bag's custom data."""
+        of_options = {name: getattr(self.options, name) for name in ("pre_trigger", "cart_limit", "shortest")}
         motion = self.cart_motion
         rms, most = self.unevenness()
         return {
@@ -171,12 +190,12 @@ class TrialFacts:
             "samples_lost": str(self.lost()),
             "longest_gap_s": f"{self.longest_gap():.6g}",
             "stamps_uneven_by_us": f"{1e6 * rms:.2g} rms, {1e6 * most:.2g} at most",
-            "cart_at_rest": "not measured" if motion is None else str(motion <= self.cart_limit).lower(),
+            "cart_at_rest": "not measured" if motion is None else str(motion <= self.options.cart_limit).lower(),
             "cart_motion_m": "" if motion is None else f"{motion:.6g}",
             "warnings": "; ".join(self.warnings()),
             ADDED: json.dumps(settings_of(self.weights)) if self.weights else "",
             "zero": self.rig.get("zero", UNKNOWN),
             RIG_NAME: self.rig.get("name", UNKNOWN),
             "rig": json.dumps(self.rig),
-            "parameters": json.dumps(dict(parameters)),
+            "parameters": json.dumps(vars(self.options.limits) | of_options),
         }

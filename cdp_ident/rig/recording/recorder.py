@@ -2,25 +2,33 @@
 # SPDX-License-Identifier: Apache-2.0
 """Records trials: arms, keeps the time before the release, and writes one bag for each trial."""
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections import deque
+from collections.abc import Callable, Collection, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
+from typing import NamedTuple
 
 from cdp_ident.bag.device_messages import DIAGNOSTICS, read_statuses
 from cdp_ident.bag.joint_state import MESSAGE_TYPE
 from cdp_ident.bag.metadata import OFFERED_QOS_PROFILES, QosProfile
-from cdp_ident.bag.writer import BagWriter
+from cdp_ident.bag.writer import BagWriter, complete_bag, is_incomplete
 from cdp_ident.errors import BagError, RigError
+from cdp_ident.files import free_space
 from cdp_ident.model.weights import Weight
-from cdp_ident.rig.recording.bag_folder import BagFolder
+from cdp_ident.outside_text import shown
 from cdp_ident.rig.recording.detector import End, EndDetector, ReleaseDetector
-from cdp_ident.rig.recording.facts import PositionReader, TrialFacts
-from cdp_ident.rig.recording.options import RecorderOptions
-from cdp_ident.rig.recording.pre_trigger import Message, PreTrigger
+from cdp_ident.rig.recording.facts import PositionReader, RecorderOptions, TrialFacts
 
 FLUSH_NS = 250_000_000
 """Messages older than this survive a kill of the process [ns]; a bag has one chunk for each such time."""
+_MOST_BYTES = 64_000_000
+"""Of messages from before a release: a minute at 5 kHz has so many."""
+_LONGEST_NAME = 200
+"""Bytes; file systems take 255, and the time and endings follow."""
+_LEAST_FREE = 50_000_000
+"""Least free space on the disk [bytes]: ten minutes at 1 kHz need more."""
 
 IDLE, ARMED, RECORDING = "idle", "armed", "recording"
 
@@ -45,6 +53,16 @@ class Surroundings:
     """Returns the quality of service that the publishers of a topic offer."""
 
 
+class Message(NamedTuple):
+    """A serialised message, as a recorder gets it."""
+
+    topic: str
+    message_type: str
+    received_ns: int
+    """Time of its receipt [ns since the epoch]."""
+    raw: bytes
+
+
 @dataclass
 class _Trial:
     writer: BagWriter
@@ -61,7 +79,10 @@ class Recorder:
 
         Raises `RigError` where the folder cannot be written, or the bags' name is none.
         """
-        self._bags = BagFolder(options.folder, options.name)
+        if not _is_name(options.name):
+            raise RigError(f"{shown(options.name)!r} is no name for bags: expected a name without folders")
+        self.folder = options.folder.absolute()
+        """Where bags go, each in a folder of its own."""
         self.state = IDLE
         self.problem = ""
         """What kept the last trial from being recorded; empty where nothing did."""
@@ -73,25 +94,18 @@ class Recorder:
         self._check_folder()
         self._reader = PositionReader(options.joints)
         self._release = ReleaseDetector(options.limits)
-        self._before = PreTrigger(options.pre_trigger)
+        self._before: deque[Message] = deque()
+        """The messages of the last seconds, some of which belong to the next trial too."""
+        self._bytes_before = 0
         self._rig: dict[str, str] = {}
         self._trial: _Trial | None = None
         self._last_sample_ns: int | None = None
         self._last_stamp_ns = 0
         self._warned_of_joints = False
-        for bag in self._bags.complete_unfinished():
-            if isinstance(bag, BagError):
-                self._warn(f"left as it is: {bag}")
-            else:
-                self._say(f"completed a bag that was left unfinished: {bag}")
+        self._complete_unfinished()
         surroundings.on_state(self.state)
         if options.rearm:
             self.arm()
-
-    @property
-    def folder(self) -> Path:
-        """Where bags go."""
-        return self._bags.path
 
     def hears_joint_states(self, now_ns: int) -> bool:
         """Return whether positions of the pendulum came lately."""
@@ -144,9 +158,8 @@ class Recorder:
         JointState and DiagnosticArray messages are evaluated, too; those of other types are only recorded.
         """
         message = Message(topic, message_type, received_ns, raw)
-        if self._trial is not None:
-            self._write(message)
-        self._before.keep(message)
+        self._write(message)
+        self._keep(message)
         if message_type == MESSAGE_TYPE:
             self._take_sample(message)
         elif message_type == DIAGNOSTICS:
@@ -154,22 +167,71 @@ class Recorder:
 
     def tick(self, now_ns: int) -> None:
         """Flush what was written, so that it survives a kill; to be called several times a second."""
-        trial = self._trial
-        if trial is None:
+        if (trial := self._trial) is None:
             return
         try:
             trial.writer.flush()
             trial.flushed_ns = now_ns
         except BagError as error:
-            self._fail(error)
+            self._fail(trial, error)
             return
         if not self.hears_joint_states(now_ns):
             with suppress(RigError):
                 self._finish(End.SILENCE)
 
+    def _keep(self, message: Message) -> None:
+        """Keep a message for a trial that begins soon after it; drop those that are too old, or too many.
+
+        Messages from after it go too: they were received before the clock was set back.
+        """
+        now, before = message.received_ns, self._before
+        before.append(message)
+        self._bytes_before += len(message.raw)
+        oldest = now - self._options.pre_trigger * 1e9
+        while before and (not oldest <= before[0].received_ns <= now or self._bytes_before > _MOST_BYTES):
+            self._bytes_before -= len(before.popleft().raw)
+
     def _check_folder(self) -> None:
-        if self._bags.check():
-            self._say(f"made {self.folder}, which was not there")
+        """Make the folder if it is missing, and say so. Raises `RigError` where nothing can be written."""
+        folder = self.folder
+        try:
+            missing = not folder.exists()
+            folder.mkdir(parents=True, exist_ok=True)
+            free = free_space(folder)
+        except OSError as error:
+            raise RigError(f"nothing can be recorded in {folder}: {error.strerror or error}") from error
+        if free < _LEAST_FREE:
+            raise RigError(f"nothing can be recorded in {folder}: only {free / 1e6:.0f} MB are free on its disk")
+        if missing:
+            self._say(f"made {folder}, which was not there")
+
+    def _complete_unfinished(self) -> None:
+        """Complete the bags that a recorder left unfinished, and say which, or why one is left as it is."""
+        try:
+            folders = sorted(path for path in self.folder.iterdir() if path.is_dir())
+        except OSError as error:
+            self._warn(f"left as it is: {self.folder} cannot be read: {error.strerror or error}")
+            return
+        for folder in folders:
+            try:
+                if is_incomplete(folder) and (salvaged := complete_bag(folder)):
+                    self._say(f"completed a bag that was left unfinished: {salvaged}")
+            except BagError as error:
+                self._warn(f"left as it is: {error}")
+
+    def _new_bag(self, now_ns: int) -> BagWriter:
+        """Begin a bag, whichever other recorders begin theirs in the same second; raises `BagError` where it cannot."""
+        when = datetime.fromtimestamp(now_ns * 1e-9).astimezone().strftime("%Y%m%d_%H%M%S")
+        name = f"{self._options.name}_{when}"
+        folder, number = self.folder / name, 1
+        while True:
+            try:
+                return BagWriter(folder)
+            except BagError as error:
+                if not isinstance(error.__cause__, FileExistsError):
+                    raise
+            number += 1
+            folder = self.folder / f"{name}_{number}"
 
     def _take_sample(self, message: Message) -> None:
         position = self._reader.read(message.raw)
@@ -191,7 +253,7 @@ class Recorder:
             if released and not self._trial.facts.started_by_hand:
                 end = End.CAUGHT
             if end is not None:
-                with suppress(RigError):
+                with suppress(RigError):  # it was said
                     self._finish(end)
         if released and self.state == ARMED:
             with suppress(RigError):
@@ -207,14 +269,14 @@ class Recorder:
     def _begin(self, stamp_ns: int, now_ns: int, by_hand: bool) -> Path:
         options = self._options
         try:
-            writer = self._bags.new_bag(now_ns)
+            writer = self._new_bag(now_ns)
         except BagError as error:
             self._fail_with(str(error))
             raise RigError(str(error)) from error
-        facts = TrialFacts(options.cart_limit, options.shortest, stamp_ns, by_hand, weights=self._around.weights())
+        facts = TrialFacts(options, stamp_ns, by_hand, weights=self._around.weights())
         self._trial = _Trial(writer, EndDetector(options.limits, stamp_ns, not by_hand), facts, now_ns)
         self.problem = ""
-        for message in self._before:
+        for message in tuple(self._before):
             self._write(message)
             if message.message_type == MESSAGE_TYPE and (position := self._reader.read(message.raw)):
                 facts.take(position)
@@ -226,8 +288,8 @@ class Recorder:
         return writer.folder
 
     def _write(self, message: Message) -> None:
-        trial = self._trial
-        if trial is None:
+        """Write a message where a trial is recorded."""
+        if (trial := self._trial) is None:
             return
         try:
             if message.topic not in trial.writer.topics:
@@ -238,15 +300,14 @@ class Recorder:
                 trial.writer.flush()
                 trial.flushed_ns = message.received_ns
         except BagError as error:
-            self._fail(error)
+            self._fail(trial, error)
 
     def _finish(self, end: End) -> None:
-        trial = self._trial
+        trial, self._trial = self._trial, None
         assert trial is not None
-        self._trial = None
         trial.facts.rig = self._rig
         try:
-            trial.writer.close(trial.facts.as_metadata(end, self._parameters()))
+            trial.writer.close(trial.facts.as_metadata(end))
         except BagError as error:
             self._fail_with(f"{error}; what is on the disk is completed at the recorder's next start")
             raise RigError(str(error)) from error
@@ -257,38 +318,33 @@ class Recorder:
         self._set_state(IDLE)
         self.last_bag = folder.absolute()
         self._around.on_bag(self.last_bag)
-        if self._options.rearm and end is not End.FAILED:
+        if self._options.rearm:
             try:
                 self.arm()
             except RigError as error:
                 self._fail_with(str(error))
 
-    def _fail(self, error: BagError) -> None:
+    def _fail(self, trial: _Trial, error: BagError) -> None:
         """Give up the trial whose bag cannot be written; what is on the disk stays there."""
-        trial, self._trial = self._trial, None
+        self._trial = None
         self._fail_with(f"{error}; recording stops, what is on the disk is kept")
-        if trial is not None:
-            try:
-                trial.writer.close(trial.facts.as_metadata(End.FAILED, self._parameters()))
-            except BagError:
-                if trial.writer.folder.is_dir():
-                    self._warn(f"{trial.writer.folder} is completed at the recorder's next start")
+        try:
+            trial.writer.close(trial.facts.as_metadata(End.FAILED))
+        except BagError:
+            if trial.writer.folder.is_dir():
+                self._warn(f"{trial.writer.folder} is completed at the recorder's next start")
 
     def _fail_with(self, problem: str) -> None:
         self.problem = problem
         self._warn(problem)
         self._set_state(IDLE)
 
-    def _parameters(self) -> Mapping[str, object]:
-        options = self._options
-        return {
-            **vars(options.limits),
-            "pre_trigger": options.pre_trigger,
-            "cart_limit": options.cart_limit,
-            "shortest": options.shortest,
-        }
-
     def _set_state(self, state: str) -> None:
         if state != self.state:
             self.state = state
             self._around.on_state(state)
+
+
+def _is_name(name: str) -> bool:
+    """Return whether a text can begin the names of folders and does not lead to another folder."""
+    return name.isprintable() and 0 < len(name.encode()) <= _LONGEST_NAME and name[0] != "." and Path(name).name == name

@@ -1,38 +1,47 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""The emulated rig's YAML file."""
+"""The emulated rig's YAML file, and scripts of the hand in it."""
 
 import math
 from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 from cdp_ident.errors import OptionError
 from cdp_ident.model.acting import NO_EFFECTS
 from cdp_ident.model.effects.catalogue import forget_own
 from cdp_ident.model.motions import accelerations_at
 from cdp_ident.model.parameters import NOMINAL, SYMBOLS, inertia_about_cart, physical_coefficients
-from cdp_ident.rig.emulator.configuration import EmulatedRig, load_rig
-from cdp_ident.rig.emulator.drive import Drive
+from cdp_ident.rig.emulator.configuration import EmulatedRig, load_rig, parse_script
+from cdp_ident.rig.emulator.motion import Drive, Hold, LetGo, MoveCart, Wait, WaitForCommand
 from reference.weights import with_weight
 
 ROOT = Path(__file__).parents[3]
+A22 = inertia_about_cart(np.array([NOMINAL[symbol] for symbol in SYMBOLS]), NOMINAL["L"])
 
 
-def test_an_empty_mapping_is_the_default_rig(tmp_path):
-    path = tmp_path / "rig.yaml"
-    path.write_text("{}")
-    assert load_rig(path) == EmulatedRig()
+@pytest.fixture
+def load(tmp_path):
+    """Return the rig of a file with this text."""
+
+    def run(text):
+        (tmp_path / "rig.yaml").write_text(text)
+        return load_rig(tmp_path / "rig.yaml")
+
+    return run
 
 
-def test_what_is_given_replaces_only_itself(tmp_path):
-    path = tmp_path / "rig.yaml"
-    path.write_text(
+def test_an_empty_mapping_is_the_default_rig(load):
+    assert load("{}") == EmulatedRig()
+
+
+def test_what_is_given_replaces_only_itself(load):
+    rig = load(
         "parameters: {c1: 0.01}\nencoders: {inner_counts_per_turn: 4096, noise: -0.0}\n"
         "rate: 500\nrepeat: 2\nscript: [wait: 1]"
     )
-    rig = load_rig(path)
     assert rig.parameters == NOMINAL | {"c1": 0.01}
     assert rig.encoders.inner_counts_per_turn == 4096
     assert math.copysign(1.0, rig.encoders.noise) == 1.0
@@ -41,16 +50,13 @@ def test_what_is_given_replaces_only_itself(tmp_path):
     assert (rig.rate, len(rig.script)) == (500.0, 2)
 
 
-def test_effects_are_chosen_from_the_catalogue_in_physical_units(tmp_path):
-    path = tmp_path / "rig.yaml"
-    path.write_text("""
+def test_effects_are_chosen_from_the_catalogue_in_physical_units(load):
+    effects = load("""
 effects:
   coulomb_friction: {inner: {torque: 0.002}}
   cogging_torque: {outer: {sine: 0.001, cosine: 0, periods: 7}}
   encoder_scale: {outer: {scale: 0.01}}
-""")
-    effects = load_rig(path).effects
-    A22 = inertia_about_cart(np.array([NOMINAL[symbol] for symbol in SYMBOLS]), NOMINAL["L"])
+""").effects
     assert {effect.key: values for effect, values in effects.each()} == {
         "coulomb_friction.inner": pytest.approx([0.002 / A22]),
         "cogging_torque.outer.7 per turn": pytest.approx([0.001 / A22, 0.0, 7.0]),
@@ -58,16 +64,14 @@ effects:
     }
 
 
-def test_an_effect_of_one_s_own_moves_the_rig(tmp_path):
-    path = tmp_path / "rig.yaml"
-    path.write_text("""
+def test_an_effect_of_one_s_own_moves_the_rig(load):
+    try:
+        effects = load("""
 own_effects:
   hardening: {joint: inner, torque: "-k*angle^3", parameters: {k: {unit: N m, limits: [0, 1], typical: 0.01}}}
 effects:
   hardening: {inner: {k: 0.02}}
-""")
-    try:
-        effects = load_rig(path).effects
+""").effects
         hanging = np.pi + 0.5
         with_it, without = (
             accelerations_at(physical_coefficients(NOMINAL), np.array([[hanging, hanging, 0, 0]]), np.zeros(1), acting)
@@ -75,51 +79,41 @@ effects:
         )
     finally:
         forget_own()
-    A22 = inertia_about_cart(np.array([NOMINAL[symbol] for symbol in SYMBOLS]), NOMINAL["L"])
     A23, A33 = physical_coefficients(NOMINAL)[:2]
     # The rods are in line, so that the cosine between them is one.
     expected = np.linalg.solve([[1.0, A23], [A23, A33]], [-0.02 / A22 * 0.5**3, 0.0])
     assert with_it[0] - without[0] == pytest.approx(expected, rel=1e-9)
 
 
-def test_an_effect_s_optional_parameter_may_be_left_out(tmp_path):
-    path = tmp_path / "rig.yaml"
+def test_an_effect_s_optional_parameter_may_be_left_out(load):
     drag = "effects: {air_drag: {outer: {variant: strips, coefficient: 0.002"
-    path.write_text(f"{drag}}}}}}}")
-    without = load_rig(path).effects.values
-    path.write_text(f"{drag}, length_ratio: 1}}}}}}")
-    assert load_rig(path).effects.values.tolist() == without.tolist()
-    path.write_text(f"{drag}, length_ratio: 2}}}}}}")
-    assert load_rig(path).effects.values.tolist() != without.tolist()
+    without, same, other = (
+        load(f"{drag}{more}}}}}}}").effects.values for more in ("", ", length_ratio: 1", ", length_ratio: 2")
+    )
+    assert same.tolist() == without.tolist()
+    assert other.tolist() != without.tolist()
 
 
 @pytest.mark.parametrize("rod", ["inner", "outer"])
-def test_a_rig_with_a_weight_has_the_physics_of_heavier_rods(tmp_path, rod):
-    path = tmp_path / "rig.yaml"
-    path.write_text(
-        f"added: {{{rod}: [0.05, 0.3, 2.0e-5]}}\neffects: {{coulomb_friction: {{outer: {{torque: 0.002}}}}}}"
-    )
-    rig = load_rig(path)
+def test_a_rig_with_a_weight_has_the_physics_of_heavier_rods(load, rod):
+    friction = "effects: {coulomb_friction: {outer: {torque: 0.002}}}"
+    rig = load(f"added: {{{rod}: [0.05, 0.3, 2.0e-5]}}\n{friction}")
     expected = with_weight(NOMINAL, rod, 0.05, 0.3, 2e-5)
     assert rig.parameters == NOMINAL
     assert rig.coefficients() == pytest.approx(physical_coefficients(expected))
-    A22 = inertia_about_cart(np.array([expected[symbol] for symbol in SYMBOLS]), NOMINAL["L"])
-    assert rig.effects.values[0] == pytest.approx(0.002 / A22)
+    heavier = inertia_about_cart(np.array([expected[symbol] for symbol in SYMBOLS]), NOMINAL["L"])
+    assert rig.effects.values[0] == pytest.approx(0.002 / heavier)
 
 
-def test_air_drags_at_the_rod_and_not_at_its_weight(tmp_path):
-    path = tmp_path / "rig.yaml"
+def test_air_drags_at_the_rod_and_not_at_its_weight(load):
     drag = "effects: {air_drag: {outer: {variant: strips, coefficient: 0.002}}}"
-    path.write_text(f"added: {{outer: [0.5, 0.4]}}\n{drag}")
-    assert load_rig(path).effects.outer_length == NOMINAL["L"]
+    assert load(f"added: {{outer: [0.5, 0.4]}}\n{drag}").effects.outer_length == NOMINAL["L"]
 
 
-def test_the_example_file_is_a_rig_and_names_the_default_drive(tmp_path):
-    assert load_rig(ROOT / "config" / "emulated_rig.yaml").rate == 200.0
+def test_the_example_file_is_a_rig_and_names_the_default_drive(load):
     example = (ROOT / "config" / "emulated_rig.yaml").read_text(encoding="utf-8")
-    path = tmp_path / "rig.yaml"
-    path.write_text(example.replace("# drive:", "drive:"))
-    assert load_rig(path).drive == Drive()
+    assert load(example).rate == 200.0
+    assert load(example.replace("# drive:", "drive:")).drive == Drive()
 
 
 @pytest.mark.parametrize(
@@ -157,9 +151,40 @@ def test_the_example_file_is_a_rig_and_names_the_default_drive(tmp_path):
         ("", "expected keys"),
     ],
 )
-def test_what_is_no_rig_is_refused_with_its_place(tmp_path, text, words):
-    path = tmp_path / "rig.yaml"
-    path.write_text(text)
+def test_what_is_no_rig_is_refused_with_its_place(load, text, words):
     with pytest.raises(OptionError, match=r"rig\.yaml|no mechanism") as caught:
-        load_rig(path)
+        load(text)
+    assert words in str(caught.value)
+
+
+def test_a_script_is_read_in_its_order():
+    text = "[wait: 2, hold: {theta1: 1.0, theta2: 2}, wait_for_command, let_go, cart: {to: 0.1, within: 0.5}]"
+    commands = (Wait(2.0), Hold(1.0, 2.0), WaitForCommand(), LetGo(), MoveCart(0.1, 0.5))
+    assert parse_script(yaml.safe_load(text), "x") == commands
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[]", "expected a list"),
+        ("3", "expected a list"),
+        ("[wiat: 2]", "did you mean 'wait'?"),
+        ("[wait]", "entry 1"),
+        ("[wait: -1]", "0 to 1e+06"),
+        ("[wait: soon]", "expected a number"),
+        ("[wait: .nan]", "expected a number"),
+        ("[wait: true]", "expected a number"),
+        ("[hold: 3]", "expected keys (theta1, theta2, within)"),
+        ("[hold: {theta1: 1.0}]", "theta2 is missing"),
+        ("[let_go, hold: {theta1: 1.0, theta2: 1, whithin: 1}]", "did you mean 'within'?"),
+        ("[hold: {theta1: 1.0, theta2: 1, within: 0}]", "0.01 to 1e+06"),
+        ("[cart: {to: 1, within: 1.0e+300}]", "0.01 to 1e+06"),
+        ("[let_go: 3]", "takes no value"),
+        ("[{wait: 1, cart: {to: 1}}]", "expected one of"),
+    ],
+)
+def test_what_is_no_script_is_refused_with_its_place(text, words):
+    content = yaml.safe_load(text)
+    with pytest.raises(OptionError, match=r"rig\.yaml") as caught:
+        parse_script(content, "rig.yaml: script")
     assert words in str(caught.value)

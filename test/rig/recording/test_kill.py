@@ -16,7 +16,7 @@ import pytest
 from rosbags.highlevel import AnyReader
 
 from cdp_ident.bag.joint_state import typestore
-from cdp_ident.rig.recording.options import RecorderOptions
+from cdp_ident.rig.recording.facts import RecorderOptions
 from cdp_ident.rig.recording.recorder import Recorder, Surroundings
 
 RECORDERS = 20
@@ -30,7 +30,7 @@ SCRIPT = textwrap.dedent(
     from pathlib import Path
     from cdp_ident.bag.joint_state import MESSAGE_TYPE, serialize_joint_state, typestore
     from cdp_ident.rig.recording.recorder import Recorder, Surroundings
-    from cdp_ident.rig.recording.options import RecorderOptions
+    from cdp_ident.rig.recording.facts import RecorderOptions
 
     def record(folder):
         recorder = Recorder(RecorderOptions(folder), Surroundings())

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Trials to bags, read back by a reader of others."""
 
+import contextlib
 import os
 import resource
 import shutil
@@ -18,9 +19,8 @@ from cdp_ident.bag.joint_state import MESSAGE_TYPE, serialize_joint_state, types
 from cdp_ident.bag.metadata import OFFERED_QOS_PROFILES
 from cdp_ident.errors import RigError
 from cdp_ident.model.parameters import NOMINAL, physical_coefficients
-from cdp_ident.rig.emulator.motion import Motion
-from cdp_ident.rig.emulator.script import Hold, LetGo, MoveCart, Wait
-from cdp_ident.rig.recording.options import RecorderOptions
+from cdp_ident.rig.emulator.motion import Hold, LetGo, Motion, MoveCart, Wait
+from cdp_ident.rig.recording.facts import RecorderOptions
 from cdp_ident.rig.recording.recorder import ARMED, IDLE, RECORDING, Recorder, Surroundings
 
 EPOCH_NS = 1_760_000_000_000_000_000
@@ -76,12 +76,26 @@ def read(bag):
     ]
 
 
-def information(bag):
-    return dict(yaml.safe_load((bag / "metadata.yaml").read_text())["rosbag2_bagfile_information"])
-
-
 def custom_data(bag):
-    return dict(information(bag)["custom_data"])
+    return dict(yaml.safe_load((bag / "metadata.yaml").read_text())["rosbag2_bagfile_information"]["custom_data"])
+
+
+@contextlib.contextmanager
+def files_of_at_most(size):
+    """Let the disk take no file that is larger [bytes]."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+@pytest.fixture
+def fill_disk(tmp_path, monkeypatch):
+    """Leave no space on the disk."""
+    usage = shutil.disk_usage(tmp_path)._replace(free=1000)
+    return lambda: monkeypatch.setattr(shutil, "disk_usage", lambda _: usage)
 
 
 def test_an_armed_recorder_records_one_trial_from_before_the_release_to_the_rest(tmp_path):
@@ -158,7 +172,7 @@ def test_a_clock_that_is_set_back_leaves_nothing_behind_in_memory(tmp_path):
 
 
 def test_messages_from_before_a_start_are_kept_up_to_a_size(tmp_path, monkeypatch):
-    monkeypatch.setattr("cdp_ident.rig.recording.pre_trigger._MOST_BYTES", 10_000)
+    monkeypatch.setattr("cdp_ident.rig.recording.recorder._MOST_BYTES", 10_000)
     bench = Bench(tmp_path)
     bench.run(3.0)
     bag = bench.recorder.start(bench.now_ns)
@@ -250,20 +264,18 @@ def test_a_folder_that_is_none_is_told_at_once(tmp_path):
         Bench(tmp_path / "file")
 
 
-def test_too_little_space_refuses_to_arm(tmp_path, monkeypatch):
+def test_too_little_space_refuses_to_arm(tmp_path, fill_disk):
     bench = Bench(tmp_path)
-    usage = shutil.disk_usage(tmp_path)
-    monkeypatch.setattr(shutil, "disk_usage", lambda _: usage._replace(free=1000))
+    fill_disk()
     with pytest.raises(RigError, match="only 0 MB are free"):
         bench.recorder.arm()
 
 
-def test_a_disk_that_is_too_full_to_arm_again_is_said(tmp_path, monkeypatch):
+def test_a_disk_that_is_too_full_to_arm_again_is_said(tmp_path, fill_disk):
     bench = Bench(tmp_path, rearm=True)
     bench.run(6.0)
     assert bench.recorder.state == RECORDING
-    usage = shutil.disk_usage(tmp_path)
-    monkeypatch.setattr(shutil, "disk_usage", lambda _: usage._replace(free=1000))
+    fill_disk()
     bench.recorder.stop()
     assert len(bench.bags) == 1
     assert "only 0 MB are free" in bench.recorder.problem
@@ -283,12 +295,8 @@ def test_a_disk_that_takes_no_more_is_said_at_once_and_what_was_written_is_compl
     bag = bench.recorder.start(bench.now_ns)
     bench.run(2.0)
     (file,) = bag.glob("*.mcap")
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (file.stat().st_size + 1000, before[1]))
-    try:
+    with files_of_at_most(file.stat().st_size + 1000):
         bench.run(1.0)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
     assert bench.recorder.state == IDLE
     assert any("cannot be written: File too large" in warned for warned in bench.warned)
     assert "File too large" in bench.recorder.problem
@@ -314,19 +322,15 @@ def test_a_bag_that_is_removed_while_it_is_recorded_is_said_at_once(tmp_path):
 @pytest.mark.parametrize("by_hand", [True, False])
 def test_a_disk_that_does_not_take_the_first_samples_is_no_success(tmp_path, by_hand):
     bench = Bench(tmp_path)
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
     if not by_hand:
         bench.recorder.arm()
     bench.run(0.5)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))
-    try:
+    with files_of_at_most(1000):
         if by_hand:
             with pytest.raises(RigError, match="File too large"):
                 bench.recorder.start(bench.now_ns)
         else:
             bench.run(8.0)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
     assert bench.recorder.state == IDLE
     assert "File too large" in bench.recorder.problem
     assert RECORDING not in bench.states
@@ -382,7 +386,7 @@ START = """
 import sys
 from pathlib import Path
 from cdp_ident.rig.recording.recorder import Recorder, Surroundings
-from cdp_ident.rig.recording.options import RecorderOptions
+from cdp_ident.rig.recording.facts import RecorderOptions
 sys.stdin.readline()
 recorder = Recorder(RecorderOptions(Path(sys.argv[1])), Surroundings(print))
 recorder._last_sample_ns = 10**18

@@ -1,16 +1,88 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Records as frames, in the two ways that docs/reference/protocol.md describes byte for byte."""
+"""The serial protocol, as docs/reference/protocol.md describes it byte for byte: its records, and both codecs.
 
+A rig sends samples of its encoders and now and then a greeting; it is sent commands of its cart.
+"""
+
+import math
 import re
 import struct
+from abc import ABC, abstractmethod
 from binascii import crc_hqx
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from enum import IntFlag
+from typing import ClassVar, NamedTuple
 
 from cobs import cobs
 
-from cdp_ident.rig.records import PROTOCOL_VERSION, CartCommand, Hello, Record, Sample
+UNSIGNED_32 = 0xFFFFFFFF
+PROTOCOL_VERSION = 1
+"""Version of the frames that this package speaks."""
+
+
+class Status(IntFlag):
+    """Bits of a sample's status flags; the others are reserved and sent as zero."""
+
+    CART_FAULT = 1
+    """The cart's encoder cannot be trusted (no signal, bad quadrature)."""
+    INNER_FAULT = 2
+    """The inner joint's encoder cannot be trusted."""
+    OUTER_FAULT = 4
+    """The outer joint's encoder cannot be trusted."""
+    OVERRUN = 8
+    """The device missed an instant of sampling before this sample."""
+
+
+ENCODER_FAULTS = Status.CART_FAULT | Status.INNER_FAULT | Status.OUTER_FAULT
+
+
+class Sample(NamedTuple):
+    """The counters of all encoders, read at one instant."""
+
+    sequence: int
+    """Number of the sample since the device started, unsigned 32 bit, rolls over."""
+    time_us: int
+    """The device's clock at the instant of reading [us], unsigned 32 bit, rolls over every 71.6 minutes."""
+    cart: int
+    """Counter of the cart's encoder, signed 32 bit, rolls over; likewise the next two."""
+    inner: int
+    outer: int
+    status: int = 0
+    """Bits of `Status`."""
+
+
+class Hello(NamedTuple):
+    """The device's greeting, sent when it starts and about once a second from then on."""
+
+    period_us: int
+    """Time between samples [us], unsigned 32 bit."""
+    inner_counts: int
+    """Counts of the inner encoder per turn, after quadrature decoding, unsigned 32 bit; likewise the next."""
+    outer_counts: int
+    firmware: str
+    """Name and version of the firmware: printable ASCII without `,` and `*`, up to 32 characters."""
+
+
+class CartCommand(NamedTuple):
+    """What the host asks of the cart's drive until the next command comes, or for `WATCHDOG_SECONDS`."""
+
+    sequence: int
+    """Number of the command, unsigned 32 bit, rolls over."""
+    acceleration: int
+    """Of the cart [mm/s^2], positive where the cart's counter grows; signed 32 bit."""
+
+
+WATCHDOG_SECONDS = 0.05
+"""A drive that has had no command for so long [s] brakes."""
+
+Record = Sample | Hello | CartCommand
+
+
+def signed_32(number: int) -> int:
+    """Return a number as a signed counter of 32 bit shows it; of a difference of two counters, roll-over removed."""
+    return ((number + 2**31) & UNSIGNED_32) - 2**31
+
 
 _FIRMWARE = re.compile(rb"[ -)+\-./0-~]{0,32}")
 _LINE = re.compile(rb"\$(([A-Z])(\d{1,3}),([ -)+-~]*))\*([0-9A-Fa-f]{4})\r?")
@@ -54,21 +126,23 @@ _OF_RECORD = {kind.record: kind for kind in _KINDS}
 _OF_LETTER = {kind.letter.encode(): kind for kind in _KINDS}
 
 
-class Codec(Protocol):
+class Codec(ABC):
     """Turns records into frames and back. A frame ends with the delimiter, which occurs nowhere else in it."""
 
-    name: str
-    delimiter: bytes
+    name: ClassVar[str]
+    delimiter: ClassVar[bytes]
     """The byte that ends a frame."""
 
+    @abstractmethod
     def encode(self, record: Record) -> bytes:
         """Return the frame of a record, its delimiter included."""
 
+    @abstractmethod
     def decode(self, frame: bytes) -> Record:
         """Return the record of a frame given without its delimiter. Raises `FrameError` where it is none."""
 
 
-class BinaryCodec:
+class BinaryCodec(Codec):
     """The compact codec, 27 bytes a sample: COBS frames of little-endian fields with a checksum."""
 
     name = "binary"
@@ -101,7 +175,7 @@ class BinaryCodec:
         return kind.make(numbers, body[kind.layout.size :])
 
 
-class TextCodec:
+class TextCodec(Codec):
     """The codec for rigs driven by a short sketch: one line a sample with a checksum, readable in any terminal."""
 
     name = "text"
@@ -149,3 +223,20 @@ def checksum(data: bytes) -> int:
 def _check_version(version: int) -> None:
     if version != PROTOCOL_VERSION:
         raise FrameError(f"protocol version {version}")
+
+
+class Commands:
+    """Numbers commands, in the order in which they are sent."""
+
+    def __init__(self, codec: Codec, cart_sign: int) -> None:
+        """`cart_sign` is -1 where the cart's counter runs against its positive direction."""
+        self._codec, self._sign, self._sequence = codec, cart_sign, 0
+
+    def frame(self, acceleration: float) -> bytes:
+        """Return the frame of the next command [m/s^2]; none of one that is no finite number: the drive then brakes."""
+        if not math.isfinite(acceleration):
+            return b""
+        self._sequence = (self._sequence + 1) & UNSIGNED_32
+        largest = 2**31 - 1
+        in_mm = round(min(max(1e3 * self._sign * acceleration, -largest), largest))
+        return self._codec.encode(CartCommand(self._sequence, in_mm))

@@ -1,27 +1,97 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""A replay or a free motion on the simulator's node: played by a thread, at absolute deadlines."""
+"""What the simulator shows: a replay or a free motion, played at absolute deadlines, or a motion beside a live rig."""
 
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Annotated, Any
+
+from builtin_interfaces.msg import Time
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
 
 from cdp_ident.command_line import EXIT_BAD_INPUT
 from cdp_ident.configuration.fitted_model import FittedModel
 from cdp_ident.errors import CdpIdentError
-from cdp_ident.nodes.frame_publisher import FramePublisher
+from cdp_ident.replay.observer import Observer
 from cdp_ident.replay.player import Player, RateTimer
-from cdp_ident.replay.scene import Scene
+from cdp_ident.replay.scene import Frame, Scene
+from cdp_ident.replay.shadow import Shadow
+from cdp_ident.rig.joints import Triple
+from cdp_ident.rig.recording.detector import TrialLimits
+from cdp_ident.rig.recording.facts import JointNames, PositionReader
+from cdp_ident.ros.topics import JointStatePublisher, Subscription, latched
+from cdp_ident.trial.options import TrialOptions
 from cdp_ident.user_input import Limits
 
+JOINTS = ("cart_joint", "inner_joint", "outer_joint")
 _IDLE = 0.05
 """How long the thread sleeps while there is nothing to play, if nobody wakes it [s]."""
 _LISTENERS_WITHIN = 5.0
 """What is played once begins when somebody listens, or after so long without [s]."""
 _LONGEST_SLEEP = 0.01
 """It looks at the clock this often [s]: one that is simulated may run faster than the wall's."""
+
+
+class FramePublisher:
+    """Publishes frames and the state."""
+
+    def __init__(self, node: Any, measured: bool, error: bool, clock: bool, velocities: bool) -> None:
+        """`measured`, `error` and `clock` say what is published beside the simulated joint states and the state.
+
+        Where `velocities` are wished, joint states have those that the driver would estimate, in the motion's own time.
+        """
+        self._logger = node.get_logger()
+        self._simulated = JointStatePublisher(node, "simulated/joint_states", JOINTS)
+        self._measured = JointStatePublisher(node, "measured/joint_states", JOINTS) if measured else None
+        self._error = JointStatePublisher(node, "simulated/error", JOINTS[1:]) if error else None
+        self._topics = [topic for topic in (self._simulated, self._measured, self._error) if topic]
+        self._clock = node.create_publisher(Clock, "/clock", 10) if clock else None
+        self._state = node.create_publisher(String, "~/state", latched())
+        self._said = ""
+        self._has_velocities, self._observers = velocities, dict[JointStatePublisher, Observer]()
+
+    def take_model(self, model: FittedModel) -> None:
+        """Estimate velocities by another model from now on, where they are wished."""
+        if self._has_velocities:
+            self._observers = {topic: Observer(model) for topic in (self._simulated, self._measured) if topic}
+
+    @property
+    def has_listeners(self) -> bool:
+        """Whether there is somebody who hears every topic of joint states."""
+        return all(topic.has_listeners for topic in self._topics)
+
+    def show(self, frame: Frame, stamp_ns: int) -> None:
+        """Publish a frame."""
+        if self._clock:
+            seconds, nanoseconds = divmod(stamp_ns, 1_000_000_000)
+            self._clock.publish(Clock(clock=Time(sec=seconds, nanosec=nanoseconds)))
+        if self._measured and frame.measured:
+            self._publish(self._measured, frame.measured, frame, stamp_ns)
+        self._publish(self._simulated, frame.simulated, frame, stamp_ns)
+        if self._error and frame.error:
+            self._error.publish(frame.error, stamp_ns)
+
+    def _publish(self, topic: JointStatePublisher, positions: Triple, frame: Frame, stamp_ns: int) -> None:
+        observer = self._observers.get(topic)
+        velocities = observer.update(round(frame.time * 1e9), positions) if observer else ()
+        topic.publish(positions, stamp_ns, velocities)
+
+    def say(self, state: str) -> None:
+        """Publish and log the state where it has become another."""
+        if state != self._said:
+            self._said = state
+            self._state.publish(String(data=state))
+            self._logger.info(state)
+
+    def close(self) -> None:
+        """Wait until everything has arrived."""
+        for topic in self._topics:
+            topic.finish()
 
 
 @dataclass
@@ -50,15 +120,9 @@ class Playing:
         make_scene: Callable[[FittedModel], Scene],
         end: Callable[[int], None],
     ) -> None:
-        """Play nothing yet.
+        """Play nothing yet; `once` says whether the node ends with it, by calling `end` with its exit code.
 
-        Args:
-            clock: the node's.
-            frames: publishes what is shown.
-            pace: how it is played.
-            once: whether the node ends with it.
-            make_scene: called for the first model, and again where the motion is to begin with another scene.
-            end: called with the process's exit code where the node is to end.
+        `make_scene` is called for the first model, and again where the motion is to begin with another scene.
         """
         self._clock, self._frames, self._pace, self._make_scene, self._end = clock, frames, pace, make_scene, end
         self._once = once
@@ -97,21 +161,16 @@ class Playing:
         self._model = model
         self._change(lambda player: player.take_model(model))
 
-    def take_rate(self, rate: float) -> None:
-        """Go on at another rate."""
-        self._pace.rate = rate
-        self._change(lambda player: player.take_rate(rate))
-
-    def take_loop(self, loop: bool) -> None:
-        """Begin anew at the end, or not."""
-        self._pace.loop = loop
-        self._change(lambda player: player.take_loop(loop))
+    def take_pace(self, name: str, value: Any) -> None:
+        """Go on with another value of what is changeable in `Pace`."""
+        setattr(self._pace, name, value)
+        self._change(lambda player: player.take_rate(value) if name == "rate" else player.take_loop(value))
 
     def begin_anew(self) -> None:
         """Play another scene from its beginning."""
         with self._lock:
             self._drop_player()
-        self._change(lambda player: None)
+        self._change()
 
     def reset(self) -> None:
         """Go to the beginning."""
@@ -120,7 +179,7 @@ class Playing:
     def pause(self) -> None:
         """Stop where it is."""
         self._paused = True
-        self._change(lambda player: None)
+        self._change()
 
     def resume(self) -> None:
         """Go on from where it is."""
@@ -137,7 +196,7 @@ class Playing:
         self._wake.set()
         self._thread.join(5.0)
 
-    def _change(self, what: Callable[[Player], None]) -> None:
+    def _change(self, what: Callable[[Player], None] = lambda _: None) -> None:
         """Change the player; where there is none yet, or none any more, make it of the present model and settings."""
         with self._lock:
             if self._model is not None:
@@ -210,3 +269,66 @@ class Playing:
         self._frames.show(frame, stamp_ns)
         self._timer.advance()
         return 0.0
+
+
+class Shadowing:
+    """Follows the rig with whatever model it is given."""
+
+    def __init__(
+        self, node: Any, frames: FramePublisher, options: TrialOptions, limits: TrialLimits, lead: float
+    ) -> None:
+        """The arguments but `node` and `frames` are those of `Shadow`."""
+        self._frames, self._options, self._limits, self._lead = frames, options, limits, lead
+        self._shadow: Shadow | None = None
+        self._paused = False
+        joints = JointNames(options.cart_joint, options.inner_joint, options.outer_joint)
+        self._reader = PositionReader(joints, options.input == "joints")
+        self._subscription = Subscription(node, JointState, options.topic, self._take)
+
+    @property
+    def state(self) -> str:
+        """In words, what it does."""
+        if self._shadow is None:
+            return "waiting for parameters"
+        return "paused" if self._paused else f"{self._shadow.phase.value}: {self._shadow.why}"
+
+    def take_model(self, model: FittedModel) -> None:
+        """Show another model."""
+        if self._shadow is None:
+            self._shadow = Shadow(model, self._options, self._limits, self._lead)
+        else:
+            with suppress(CdpIdentError):  # the state tells it
+                self._shadow.take_model(model)
+        self._frames.say(self.state)
+
+    def reset(self) -> None:
+        """Wait for the next release."""
+        if self._shadow is not None:
+            self._shadow.reset()
+        self._frames.say(self.state)
+
+    def pause(self) -> None:
+        """Show nothing; the rig is followed all the same."""
+        self._paused = True
+        self._frames.say(self.state)
+
+    def resume(self) -> None:
+        """Show again."""
+        self._paused = False
+        self._frames.say(self.state)
+
+    def start(self) -> None:
+        """The rig's next position starts it."""
+
+    def close(self) -> None:
+        """Nothing is to be ended."""
+
+    def _take(self, raw: bytes) -> None:
+        position = self._reader.read(raw)
+        if position is None or self._shadow is None:
+            return
+        with suppress(CdpIdentError):  # the state tells it
+            for stamp_ns, frame in self._shadow.take(position):
+                if not self._paused:
+                    self._frames.show(frame, stamp_ns)
+        self._frames.say(self.state)
