@@ -20,6 +20,7 @@ import numpy as np
 
 from cdp_ident.arrays import Array
 from cdp_ident.bag.csv_titles import Title, is_unit, titles_of_echo
+from cdp_ident.bag.mcap_scan import ROS1, ROS1_MAGIC
 from cdp_ident.errors import BagError
 from cdp_ident.files import read_regular
 from cdp_ident.outside_text import shown
@@ -42,7 +43,7 @@ _LOOKED_AT, _LETTERS = 200, 1 << 18
 """Lines, and letters of them at most, from which the format is found."""
 _IN_MATLAB = "there, `writematrix([ts.Time ts.Data], 'swing.csv')` makes a CSV file of a timeseries"
 _OTHERS = {
-    b"#ROSBAG": "a bag of ROS 1: `rosbags-convert --src {path} --dst FOLDER` makes one of ROS 2, which identify takes",
+    ROS1_MAGIC: ROS1,
     b"MATLAB": f"a file of MATLAB: {_IN_MATLAB}; without it, `scipy.io.loadmat` of Python reads plain arrays",
     b"\x89HDF": f"a file of MATLAB 7.3 (HDF5): {_IN_MATLAB}",
     rb"(?s).{0,200}header:\r?\n": "what `ros2 topic echo` prints: with --csv it prints a table",

@@ -20,6 +20,9 @@ from cdp_ident.bag.limits import LARGEST_CHUNK, LARGEST_SCHEMA, MOST_TOPICS, Bud
 from cdp_ident.errors import BagError
 from cdp_ident.files import open_regular
 
+ROS1_MAGIC = b"#ROSBAG"
+ROS1 = "a bag of ROS 1: `rosbags-convert --src {path} --dst FOLDER` makes one of ROS 2, which identify takes"
+"""What it is that begins so, and what to do with it."""
 _RECORD_HEAD = struct.Struct("<BQ")
 _MESSAGE_HEAD = struct.Struct("<HIQQ")
 _CHUNK_BEGIN = struct.Struct("<QQQI")
@@ -78,7 +81,10 @@ class McapScan:
         try:
             with open_regular(self.path) as stream:
                 self._size = os.fstat(stream.fileno()).st_size
-                if stream.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
+                begin = stream.read(len(MCAP0_MAGIC))
+                if begin.startswith(ROS1_MAGIC):
+                    raise BagError(f"{self.path} is {ROS1.format(path=self.path)}")
+                if begin != MCAP0_MAGIC:
                     what = "is empty" if self._size == 0 else "is not an MCAP file"
                     raise BagError(f"{self.path} {what}: expected a rosbag2 recording")
                 # A finished file repeats its topics behind the data: they are then known whatever chunk is damaged.

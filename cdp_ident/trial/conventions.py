@@ -308,7 +308,9 @@ def found_units(samples: Samples, options: TrialOptions) -> tuple[Balance | None
     given = options.inner_unit, options.outer_unit
     wide = _wide(samples, options)
     before, best = _best(samples, options), None
-    far_less = MUCH_BETTER * before.lumped.unexplained if before else np.inf
+    # What is no motion of rods at all explains itself, as where one joint's readings are far larger than its angle.
+    may_be = before and (before.lumped.may_be_rods or not np.any(wide))
+    far_less = MUCH_BETTER * before.lumped.unexplained if before and may_be else np.inf
     if far_less == 0.0 or (far_less <= MUCH_BETTER * GOOD and not np.any(wide)):
         return before, before
     # Both first: with one in the wrong unit, the other may pass for a pendulum, and leave nothing either.
@@ -323,8 +325,6 @@ def found_units(samples: Samples, options: TrialOptions) -> tuple[Balance | None
             is_likely = tried and tried.lumped.may_be_rods and tried.lumped.turned in ("", "both")
             if tried and is_likely and tried.lumped.unexplained < least:
                 best, least = tried, tried.lumped.unexplained
-        if best and best.lumped.unexplained <= GOOD:
-            break
     if best is None:
         return before, before
     most = EVIDENT if best.meaning.inner_unit == best.meaning.outer_unit else GOOD

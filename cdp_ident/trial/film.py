@@ -12,7 +12,7 @@ sees markers of one colour beside where they are) goes with the rod's own direct
 beside the joint with the angle between the rods.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -65,12 +65,12 @@ class Film:
     """What was corrected and left out, in words."""
 
 
-def rods_on_film(points: Array, y_down: bool, is_straight: bool = False) -> Film:
+def rods_on_film(points: Array, y_down: bool, tried: int = 0) -> Film:
     """Find the angles of the rods from positions of the markers. Raises TrialError where these are no rods'.
 
     `points` (n, 3, 2) are x and y of pivot, joint and tip in each frame, or (n, 2, 2) of joint and tip if the pivot was
     not tracked; it is then the centre of the joint's circle. NaN where a marker was not found. `y_down` says that y
-    counts downwards, as in pictures, and `is_straight` that the picture is not distorted.
+    counts downwards, as in pictures, and so many of the distortions of a picture are `tried` already.
     """
     points = points * (1.0, -1.0 if y_down else 1.0)
     as_seen = points.copy()
@@ -110,18 +110,19 @@ def rods_on_film(points: Array, y_down: bool, is_straight: bool = False) -> Film
         (lost, "in {} frames the joint is not where it can be: left out"),
     )
     notes += [words.format(np.count_nonzero(frames)) for frames, words in told if np.any(frames)]
-    if not is_straight and (found := _straightening(points[kept])):
-        straight, note = found
-        film = rods_on_film(as_seen @ straight, y_down=False, is_straight=True)
-        return replace(film, notes=(note, *film.notes))
+    for number, distortion in enumerate((_stretch, _lens)[tried:], tried + 1):
+        if found := distortion(points[kept]):
+            straight, note = found
+            film = rods_on_film(straight(as_seen), y_down=False, tried=number)
+            return replace(film, notes=(note, *film.notes))
     rods, put_right = without_offsets(points[kept])
     notes.extend(put_right)
     angles = np.arctan2(rods[:, :, 0], rods[:, :, 1])
     return Film(kept, angles, None if is_at_rest else points[kept, 0, 0], length, tuple(notes))
 
 
-def _straightening(points: Array) -> tuple[Array, str] | None:
-    """Return what takes a certain distortion (2, 2) out of markers (n, 3, 2), and that in words; None without one.
+def _stretch(points: Array) -> tuple[Callable[[Array], Array], str] | None:
+    """Return what takes a certain stretch out of markers (n, 3, 2), and that in words; None without one.
 
     Where pixels are not square, or the camera looks from the side, the joint's circle is an ellipse: the inverse square
     of its distance from the pivot varies with twice the rod's direction. A pivot that is off goes with the direction.
@@ -137,7 +138,53 @@ def _straightening(points: Array) -> tuple[Array, str] | None:
     values, axes = np.linalg.eigh([[1.0 + c, s], [s, 1.0 - c]])
     straight = axes * np.sqrt(values / np.sqrt(values[0] * values[1])) @ axes.T
     ratio = f"{np.sqrt(values[1] / values[0]):.4g} times as long one way as across"
-    return straight, f"the picture is {ratio} (pixels, a camera to one side?): put right"
+    return lambda of: np.asarray(of @ straight), f"the picture is {ratio} (pixels, a camera to one side?): put right"
+
+
+def _lens(points: Array) -> tuple[Callable[[Array], Array], str] | None:
+    """Return what takes a certain distortion by a lens out of markers (n, 3, 2), and that in words; None without one.
+
+    A lens moves what it shows along the radius from the picture's centre, by the cube of that (Brown, Photogrammetric
+    Engineering 32, 1966). The centre is not known: it is found with the distortion, by which rods are as long
+    everywhere, whatever markers that are off their joints and a stretch do to them.
+    """
+    rods = np.diff(points, axis=1)
+    origin, scale = np.median(points[:, 0], axis=0), float(np.median(np.linalg.norm(rods[:, 0], axis=1)))
+    moved: Array = np.zeros(3)
+    if len(points) < _FEWEST_FRAMES:
+        return None
+    fields = np.diff(_of_lens((points - origin) / scale), axis=1)
+    for _ in range(_ROUNDS):
+        straight = rods / scale + fields @ moved
+        lengths = np.linalg.norm(straight, axis=2)
+        units = straight / lengths[..., None]
+        x, y = np.moveaxis(units, 2, 0)
+        beside = np.sum(units[:, 0, ::-1] * [1.0, -1.0] * units[:, 1], axis=1)
+        none = np.zeros((len(points), 2))
+        offsets = np.stack(
+            [
+                np.column_stack([units[:, 0], none, none]),
+                np.column_stack([none, units[:, 1], np.sum(units[:, 0] * units[:, 1], axis=1), beside]),
+            ],
+            axis=1,
+        )
+        stretch = lengths[..., None] * np.stack([x * x - y * y, 2.0 * x * y], axis=2)
+        is_outer = np.broadcast_to([[0.0], [1.0]], (len(points), 2, 1))
+        columns = np.concatenate([-np.sum(units[..., None] * fields, axis=2), offsets, stretch, is_outer], axis=2)
+        change, covariance = _regression(lengths.ravel(), columns.reshape(-1, columns.shape[2]))
+        moved = moved + change[:3]
+    if moved @ np.linalg.pinv(covariance[:3, :3], hermitian=True) @ moved < _CERTAIN:
+        return None
+    reach = np.linalg.norm(_of_lens((points[:, 1:] - origin) / scale) @ moved, axis=2)
+    note = f"a lens distorts the picture, by {float(np.max(reach)):.2g} of the inner rod's length at most: put right"
+    return lambda of: np.asarray(of + scale * (_of_lens((of - origin) / scale) @ moved)), note
+
+
+def _of_lens(at: Array) -> Array:
+    """Return how positions (..., 2) move (..., 2, 3) by a lens, and by that times x and y of its centre."""
+    square = np.sum(at**2, axis=-1, keepdims=True)
+    centres = [-2.0 * at[..., k : k + 1] * at - square * np.eye(2)[k] for k in range(2)]
+    return np.stack([square * at, *centres], axis=-1)
 
 
 def _repeated(points: Array) -> Mask:
@@ -253,16 +300,18 @@ def _regression(lengths: Array, regressors: Array) -> tuple[Array, Array]:
 
     The covariance holds for errors that go together within a part of the film.
     """
-    design = np.column_stack([regressors, np.ones(len(lengths))])
+    design = np.column_stack([regressors, np.ones(len(lengths)), lengths])
     part = np.arange(len(lengths)) * _BLOCKS // len(lengths)
     usable: Mask = np.ones(len(lengths), dtype=bool)
 
-    def fit(chosen: Mask) -> Array:
-        return np.asarray(np.linalg.lstsq(design[chosen], lengths[chosen], rcond=None)[0][:-1])
+    def fit(products: Array) -> Array:
+        return np.asarray(np.linalg.lstsq(products[:-1, :-1], products[:-1, -1], rcond=None)[0][:-1])
 
     for _ in range(_ROUNDS):
-        error = lengths - regressors @ fit(usable)
+        error = lengths - regressors @ fit(design[usable].T @ design[usable])
         error = np.abs(error - np.median(error))
         usable = error <= _OUTLIER * 1.4826 * np.median(error)
-    without = np.array([fit(usable & (part != k)) for k in range(_BLOCKS)])
-    return fit(usable), (_BLOCKS - 1) * np.cov(without.T, bias=True)
+    of_parts = np.array([of.T @ of for of in (design[usable & (part == k)] for k in range(_BLOCKS))])
+    whole = np.sum(of_parts, axis=0)
+    without = np.array([fit(whole - of_part) for of_part in of_parts])
+    return fit(whole), (_BLOCKS - 1) * np.cov(without.T, bias=True)

@@ -10,6 +10,7 @@ from scipy.interpolate import CubicSpline
 from cdp_ident.arrays import Array, Indices, Mask, Rows, Times
 from cdp_ident.bag.joint_recording import JointRecording
 from cdp_ident.errors import TrialError
+from cdp_ident.outside_text import shown
 from cdp_ident.trial.options import UNITS, TrialOptions
 from cdp_ident.trial.order import elapsed, in_order, recorded_again
 from cdp_ident.trial.outliers import TURN, outlier_words, outliers
@@ -66,9 +67,9 @@ def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Sam
     """
     wanted = [options.inner_joint, options.outer_joint]
     if missing := [joint for joint in wanted if joint not in recording.joints]:
-        there = ", ".join(recording.joints) or "no joint at all"
+        there = ", ".join(map(shown, recording.joints)) or "no joint at all"
         raise TrialError(
-            f"topic {recording.topic} has no joint {' and no joint '.join(missing)}; it has {there}: "
+            f"topic {shown(recording.topic)} has no joint {' and no joint '.join(missing)}; it has {there}: "
             "name the joints by inner_joint and outer_joint"
         )
     again = recorded_again(recording.stamps, recording.positions)

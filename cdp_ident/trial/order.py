@@ -10,8 +10,9 @@ import numpy as np
 
 from cdp_ident.arrays import Array, Indices, Mask
 
-_CLOCK_STEP = 5
-"""So many samples in a row that go on from an earlier time mean that the clock was set back."""
+_CLOCK_STEP = 10
+"""So many samples in a row that go on from an earlier time mean that the clock was set back: stored in any order, one
+in four million such rows ascends by chance."""
 _NEAR = 3
 """Samples are neighbours up to so many times the usual spacing."""
 _MOST_RUNS = 20_000

@@ -270,6 +270,12 @@ def two_rigs(bag):
         (two_rigs, "", "/joint_states", r"no message on /joint_states .*; joint states are on /rig1/joints, "),
         (two_rigs, "", "chatter", r"holds std_msgs/msg/String, not .*; joint states are on "),
         (lambda path: path.write_text("no recording, but long"), "", "joint_states", r"bag is not an MCAP file"),
+        (
+            lambda path: path.write_bytes(b"#ROSBAG V2.0"),
+            "",
+            "a",
+            r"is a bag of ROS 1: `rosbags-convert --src .*bag --dst",
+        ),
         (lambda path: path.with_name("bag.mcap.zstd").touch(), "../bag.mcap.zstd", "joint_states", "is empty"),
         (
             lambda path: path.with_name("b.mcap.zstd").write_bytes(b"no"),

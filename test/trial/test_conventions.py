@@ -114,9 +114,9 @@ def test_a_joint_in_degrees_is_told_beside_one_that_turns_over(recording):
 @pytest.mark.parametrize("unit", ["gradians", "milliradians"])
 def test_rarer_units_are_told_too(swing, unit):
     factors = np.array([1.0, 1.0 / UNITS[unit]])
-    for of in (factors, factors[1]):
+    for of in (factors, factors[::-1], factors[1]):
         samples = Samples(swing.stamps(), swing.joints() * of, None)
-        with pytest.raises(TrialError, match=rf"in {unit}: .*outer_unit: {unit} leaves 0\.0%"):
+        with pytest.raises(TrialError, match=rf"in {unit}: .*(inner|outer)_unit: {unit} leaves 0\.0%"):
             find_trial(samples, TrialOptions())
 
 

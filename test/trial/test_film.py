@@ -60,6 +60,18 @@ def test_a_camera_that_looks_from_the_side_is_put_right_but_for_its_lean():
     assert np.std(off, axis=0) == pytest.approx([0.0, 0.0], abs=5e-3)
 
 
+@pytest.mark.parametrize("distorts", [0.02, -0.03, -0.2])
+@pytest.mark.parametrize("off", [{}, {"pivot": (2.0, -1.0), "joint": (1.0, 1.0)}], ids=["", "markers off"])
+def test_a_lens_that_distorts_is_put_right_wherever_the_picture_s_centre_is(distorts, off):
+    plain = in_plane(LONG, noise=0.0, **off) * [1.0, -1.0] + (600.0, 290.0)
+    away = plain - (640.0, 360.0)
+    seen = plain + distorts * np.sum(away**2, axis=-1, keepdims=True) / (640.0**2 + 360.0**2) * away
+    film = rods_on_film(seen + np.random.default_rng(2).normal(0, 0.3, seen.shape), y_down=True)
+    left = np.angle(np.exp(1j * (film.angles - LONG[film.kept])))
+    assert np.all(np.std(left, axis=0) < [3.1e-3, 3.2e-3])  # 1.5 and 2.3 mrad of it are the markers' noise
+    assert any("a lens distorts the picture" in note for note in film.notes)
+
+
 def test_positions_in_metres_have_y_upwards():
     assert error(rods_on_film(markers() * (1e-3, -1e-3), y_down=False)) < 0.01
 

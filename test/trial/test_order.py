@@ -32,8 +32,9 @@ STAMPS = np.arange(0, 5000, 5)
         np.concatenate([STAMPS[100:], STAMPS[:100]]),
         np.random.default_rng(1).permutation(STAMPS),
         np.random.default_rng(1).permutation(np.arange(0, 13_000, 5).reshape(26, 100)).ravel(),
+        *(5 * np.argsort(np.arange(2600) + np.random.default_rng(k).uniform(0, 40, 2600)) for k in range(4)),
     ],
-    ids=["a block late", "the last first", "no order", "blocks in no order"],
+    ids=["a block late", "the last first", "no order", "blocks in no order", *("near their places",) * 4],
 )
 def test_samples_stored_in_any_order_are_put_in_that_of_their_stamps(stored):
     order, notes = ordered(stored)
