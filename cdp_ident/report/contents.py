@@ -216,6 +216,7 @@ def _selection(traced: Trace) -> Section:
 def _whole_swings(found: WholeSwings, inertia: float) -> Also:
     of = found.noise
     noise = {"noise_rad": of.encoders, "noise_memory": of.memory, "time_noise_s": of.time}
+    noise["absolute_angles"] = of.absolute
     return Also(found, {**noise, "missing_torque": inertia * found.torque, "swings": len(found.states)})
 
 

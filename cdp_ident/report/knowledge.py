@@ -67,7 +67,8 @@ def knowledge_of(report: Section) -> Knowledge | None:
     base += [1.0 / model.mechanism.inertia] * model.inertia_free + [error["value"] for error in errors]
     values = np.insert(values, len(GROUPS), base)
     new, kept, mixed, torque = (_of_joints(assumed[name]) for name in NOISES)
-    noise = Noise(new, kept, mixed, torque, assumed["time_noise_s"], assumed["base_moves"])
+    told = (assumed[name] for name in ("time_noise_s", "base_moves", "absolute_angles"))
+    noise = Noise(new, kept, mixed, torque, *told)
     sampling = Sampling(steps=_of_joints(assumed["step_rad"]), **{span: assumed[f"{span}_s"] for span in _SPANS})
     covariance = _covariance(model, _standard_deviations(report, model), correlation)
     zeros = tuple(joint for joint in JOINTS if any(name.startswith(f"zero.{joint}.") for name in names))

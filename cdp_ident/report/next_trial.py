@@ -65,6 +65,7 @@ def next_trial_section(outcome: Outcome, failed: Callable[[str], None]) -> Secti
         noise, sampling = knowledge.noise, knowledge.sampling
         assumed = {name: getattr(noise, of) for name, of in NOISES.items()}
         assumed |= {"step_rad": sampling.steps, "time_noise_s": noise.time, "base_moves": noise.of_base}
+        assumed["absolute_angles"] = noise.absolute
         section = {"assumed": Also(sampling, assumed), "advice": [one for one in advice if one]}
         return dict(filled(REPORT["properties"]["next_trial"], section))
     except (CdpIdentError, np.linalg.LinAlgError) as error:

@@ -309,8 +309,8 @@ def found_units(samples: Samples, options: TrialOptions) -> tuple[Balance | None
     wide = _wide(samples, options)
     before, best = _best(samples, options), None
     # What is no motion of rods at all explains itself, as where one joint's readings are far larger than its angle.
-    may_be = before and (before.lumped.may_be_rods or not np.any(wide))
-    far_less = MUCH_BETTER * before.lumped.unexplained if before and may_be else np.inf
+    tells = before if before and (before.lumped.may_be_rods or not np.any(wide)) else None
+    far_less = MUCH_BETTER * tells.lumped.unexplained if tells else np.inf
     if far_less == 0.0 or (far_less <= MUCH_BETTER * GOOD and not np.any(wide)):
         return before, before
     # Both first: with one in the wrong unit, the other may pass for a pendulum, and leave nothing either.
