@@ -193,6 +193,7 @@ def matlab(contents, compressed):
             for compressed in (False, True)
         ],
     ],
+    ids=["ROS 1", "HDF5", "a spreadsheet", "topic echo", *(f"MATLAB {k}" for k in range(4))],
 )
 def test_files_of_other_kinds_get_the_line_that_converts_them(tmp_path, content, words):
     with pytest.raises(BagError, match=words):
