@@ -8,11 +8,10 @@ import platform
 import re
 from pathlib import Path
 
-from cdp_ident.bag.reader import no_bag
+from cdp_ident.bag.reader import storage_files
 from cdp_ident.errors import BagError
 from cdp_ident.files import open_regular
 
-_STORAGE = (".mcap", ".db3", ".mcap.zstd", ".db3.zstd")
 _PACKAGES = ("cdp_ident", "numpy", "scipy", "numba", "rosbags", "mcap")
 _SOURCE = Path(__file__).parents[2] / "package.xml"
 """Where the version of a package stands that is run from its source folder."""
@@ -24,13 +23,9 @@ def bag_checksums(bag: Path) -> dict[str, str]:
     Raises:
         BagError: a file cannot be read.
     """
-    folder = bag.parent if bag.name == "metadata.yaml" else bag
     checksums = {}
     try:
-        if not bag.exists():
-            raise BagError(no_bag(bag))
-        files = [f for f in sorted(folder.iterdir()) if f.name.endswith(_STORAGE)] if folder.is_dir() else [bag]
-        for file in files:
+        for file in storage_files(bag):
             with open_regular(file) as stream:
                 digest = hashlib.sha256()
                 while block := stream.read(1 << 20):
