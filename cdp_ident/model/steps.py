@@ -154,7 +154,7 @@ def _read_before(memory, motion, work, times, m, late, next_ones, results):
                 when = times.place[j] - late[joint] + back
                 if when >= 1.0:
                     break
-                if when >= 0.0:
+                if when >= -_ROUNDING:
                     _read_sample(memory, motion, work, joint, j, 1.0, -1.0, when, step, results)
                     next_ones[joint] = max(next_ones[joint], j + 1)
         accept(work)

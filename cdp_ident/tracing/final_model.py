@@ -1,6 +1,6 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""A chosen model, evaluated by the motion that was held out."""
+"""A chosen model, evaluated by the motion that was held out, and its values given all that was measured."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -12,11 +12,11 @@ from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.data import Data
 from cdp_ident.fit.initial_states import Fit, fit_initial_states
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.likelihood.gauss_newton import GaussNewton
+from cdp_ident.likelihood.gauss_newton import MOST_STEPS, GaussNewton
 from cdp_ident.likelihood.maxima import (
     CLOSE_ENOUGH,
-    ENOUGH_STEPS,
     NEAR,
+    best_of,
     most_likely,
     values_with_less_torque,
 )
@@ -145,12 +145,20 @@ def _whole_swings(after: FinalModel, chosen: WholeSwings, data: Data) -> WholeSw
         recorded = all_recorded(data, spacing)
         return recorded, states_of(recorded, after.model)
 
+    found = None
     if np.any(chosen.is_missing):
         recorded, states = with_nodes(NEAR)
         noise = replace(Noise.white(recorded.encoders, 0.0), torque=chosen.noise.torque, of_base=chosen.noise.of_base)
-        found = GaussNewton(after.model, after.fit.values, recorded, states, noise).run().found()
-        if not found.converged:  # where joints stick now here and now there, steps may stay larger than they need be
+        begun = GaussNewton(after.model, after.fit.values, recorded, states, noise)
+        found, _ = best_of([begun], most_steps=MOST_STEPS)
+        if found and not found.converged:  # where joints stick now here and now there, steps may stay large
             again = GaussNewton(found.model, found.values, recorded, found.states, found.noise, CLOSE_ENOUGH)
-            found = again.run(ENOUGH_STEPS).found()
+            found = best_of([again])[0] or found
+        if found and found.converged:
+            return found
+    try:
+        return most_likely(after.model, after.fit.values, with_nodes)
+    except (IdentificationError, np.linalg.LinAlgError):
+        if found is None:
+            raise
         return found
-    return most_likely(after.model, after.fit.values, with_nodes)

@@ -198,7 +198,7 @@ class ModelSearch:
             self._note(f"dropped {' and '.join(what)}", simpler, tried)
 
     def _other_maxima(self) -> bool:
-        """Go on from a likelier maximum of the best model's likelihood, or with additions at one without torques.
+        """Go on from a likelier maximum of the best model's likelihood, or with more at one without torques.
 
         Where noise is autocorrelated, unknown torques follow it, and what is added has nothing left to explain. What
         happens at an instant shows beside them, and imitates much without: it is looked for there, and fitted here.
@@ -220,7 +220,9 @@ class ModelSearch:
         instants = [each for each in first(self._additions[0]) if each.model.effects[-1].effect.at_an_instant]
         for key in {_key(each.model) for each in instants} & self.fitted.keys():
             self.fitted[key] = likelier_maximum(self.fitted[key])
-        return self._move([*(replace(each, again=True) for each in first(promising)), *instants], "added")
+        # What an extended model has more, unknown torques follow as well as it would.
+        anew = [replace(each, again=True) for each in (*first(promising), *extended_models(origin))]
+        return self._move([*anew, *instants], "added")
 
     def _zeros(self) -> bool:
         """Try encoders whose zeros differ from trial to trial."""

@@ -61,7 +61,7 @@ def test_one_trial_has_nothing_to_agree_with():
 def test_what_only_one_trial_shows_is_not_compared():
     fit = two_trials()
     result = repeatability(with_effect(fit, "impulse.inner", 0.0, 1.0, trial=0), BOTH, NAMES)
-    assert result.p_value == pytest.approx(repeatability(fit, BOTH, NAMES).p_value, abs=0.05)
+    assert result.p_value == pytest.approx(repeatability(fit, BOTH, NAMES).p_value, abs=0.25)
 
 
 def test_a_trial_that_cannot_be_fitted_alone_costs_that_comparison_and_nothing_else(outcome):
