@@ -32,7 +32,7 @@ effects: {{coulomb_friction: {{outer: {{torque: 0.002}}}}}}
 drive: {{}}
 script: [wait: 0.5, hold: {{theta1: %s, theta2: %s, within: 0.5}}, wait_for_command, %s]
 """
-SLOWLY = ("--speed", "0.25")
+SLOWLY = ("--speed", "0.125")
 PULLED_AWAY = "let_go, wait: 2, hold: {theta1: 0.8, theta2: 0.8, within: 0.1}"
 
 
