@@ -17,8 +17,8 @@ from cdp_ident.fit.windows import FEWEST_SAMPLES, Window, cut_at, evenly
 from cdp_ident.trial.trial import Trial
 
 _FEWEST_WINDOWS = 4
-_LEAST_SHARE = 0.1
-"""An encoder's noise is at least so much of the inner one's."""
+_LEAST_SHARE = 0.3
+"""The outer encoder's noise is at least so much of the inner one's."""
 
 
 @dataclass(frozen=True)
@@ -47,8 +47,9 @@ class Data:
 
     @property
     def encoders(self) -> Array:
-        """(2,) standard deviation of the noise of both encoders [rad]; one that never changes has no other."""
-        return np.maximum(self.deviations[::2], _LEAST_SHARE * self.deviations[0])
+        """(2,) standard deviation of the noise of both encoders, of which theta2 has both [rad]."""
+        inner, both = self.noise**2
+        return np.sqrt([inner, max(both - inner, _LEAST_SHARE**2 * inner)])
 
     @property
     def noise_level(self) -> float:

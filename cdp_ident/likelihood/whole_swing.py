@@ -112,7 +112,10 @@ class WholeSwings:
     @property
     def leaves_more(self) -> Mask:
         """(2,) whether more than an encoder's noise remains: missing torque, or what noise is larger for."""
-        return np.asarray(self.joints_missing | (self.noise.encoders > LARGER * self.recorded.encoders))
+        shown, expected = self.noise.encoders, self.recorded.encoders
+        if self.noise.absolute:
+            shown, expected = self.noise.angles(np.array([True, True])), np.sqrt(np.cumsum(expected**2))
+        return np.asarray(self.joints_missing | (shown > LARGER * expected))
 
     @property
     def base_moves(self) -> bool:

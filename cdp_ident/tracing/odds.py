@@ -13,8 +13,6 @@ from cdp_ident.model.effects.catalogue import known_effects
 
 _AGAINST = 150.0
 """Odds against an effect that is looked for: of some fifty, a rig has one or none in most joints."""
-_AGAINST_ZEROS = 10.0
-"""Odds against zeros that differ from trial to trial: encoders that count are zeroed by hand, often at each start."""
 _IMITATED = 0.1
 """Share of a missing torque's mean square that an effect imitates by chance: a torque that goes with the state has some
 ten degrees of freedom, however long it is looked at."""
@@ -48,7 +46,7 @@ def ambiguity(active: ActiveEffect, recorded: Recorded) -> float:
 
 def unlikelihood_of(model: MotionModel, recorded: Recorded) -> float:
     """Return the same of all effects of a model, and of encoders whose zeros differ from trial to trial."""
-    zeros = 2.0 * math.log(_AGAINST_ZEROS) if model.zeros else 0.0
+    zeros = 2.0 * math.log(_AGAINST) if model.zeros else 0.0
     return zeros + sum(unlikelihood(active, recorded) for active in model.effects)
 
 

@@ -44,8 +44,11 @@ def test_held_out_stretches_and_trials_are_not_in_what_is_fitted_but_in_all_that
         assert first.spacing == pytest.approx(spacing * UNIT, abs=0.5 * SCALES.step)
 
 
-def test_the_noise_of_both_encoders_is_that_which_their_readings_show():
-    np.testing.assert_allclose(fitted_recorded(WITH_HELD_OUT, 0.2, np.inf).encoders, [2e-4, 2.5e-4])
+def test_the_noise_of_the_outer_encoder_is_what_theta2_has_more_than_theta1():
+    of = fitted_recorded(WITH_HELD_OUT, 0.2, np.inf)
+    np.testing.assert_allclose(of.encoders, [2e-4, np.sqrt(5.0) * 1e-4])
+    less = replace(WITH_HELD_OUT, deviations=np.array([2e-4, 2e-4, 2e-4]))
+    np.testing.assert_allclose(fitted_recorded(less, 0.2, np.inf).encoders, [2e-4, 0.6e-4])
 
 
 def test_what_was_averaged_is_noisier_as_it_was_measured():

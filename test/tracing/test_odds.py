@@ -40,7 +40,7 @@ def test_a_model_s_effects_add_up_and_zeros_of_each_trial_count_as_one(clean):
     total = unlikelihood(one, clean.recorded) + unlikelihood(other, clean.recorded)
     assert unlikelihood_of(both, clean.recorded) == pytest.approx(total)
     with_zeros, _ = MODEL.with_zeros(TRUE, [0, 1])
-    assert unlikelihood_of(with_zeros, clean.recorded) == pytest.approx(2.0 * math.log(10.0))
+    assert unlikelihood_of(with_zeros, clean.recorded) == pytest.approx(2.0 * math.log(150.0))
 
 
 def test_where_a_torque_is_missing_an_effect_has_to_explain_more_than_it_would_imitate(clean):
