@@ -5,7 +5,7 @@
 import difflib
 import math
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, get_type_hints
 
@@ -73,3 +73,13 @@ def _hint(name: str, known: list[str]) -> str:
     if nearest:
         return f"did you mean {nearest[0]!r}?"
     return f"known are {', '.join(known)}" if known else "none is known here"
+
+
+def mapping_of(content: Any, where: str, known: Sequence[str] = ()) -> dict[str, Any]:
+    """Return a mapping of a file. Raises `OptionError` where it is none, or has a key that is not `known`."""
+    if not isinstance(content, dict):
+        keys = f"keys ({', '.join(known)})" if known else "keys"
+        raise OptionError(f"{where}: expected {keys} with values, found {quoted(content)}")
+    if known:
+        refuse_unknown(map(str, content), known, f"key in {where}")
+    return content

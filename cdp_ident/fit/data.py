@@ -17,8 +17,6 @@ from cdp_ident.fit.windows import FEWEST_SAMPLES, Window, cut_at, evenly
 from cdp_ident.trial.trial import Trial
 
 _FEWEST_WINDOWS = 4
-_LEAST_SHARE = 0.3
-"""The outer encoder's noise is at least so much of the inner one's."""
 
 
 @dataclass(frozen=True)
@@ -33,23 +31,12 @@ class Data:
     """What is fitted."""
     holdout: tuple[Window, ...]
     """Used by neither the fit nor the choice of effects."""
-    deviations: Array
-    """(3,) of the noise over all trials to fit; see `noise_of` [rad]."""
+    noise: Array
+    """(2,) standard deviation of the noise of theta1 and theta2 over all trials to fit [rad]."""
     window: float
     """Length of a window, in the median [s]."""
     scales: Scales
     """Times and speeds that suit the rig."""
-
-    @property
-    def noise(self) -> Array:
-        """(2,) standard deviation of the noise of theta1 and theta2 [rad]."""
-        return self.deviations[:2]
-
-    @property
-    def encoders(self) -> Array:
-        """(2,) standard deviation of the noise of both encoders, of which theta2 has both [rad]."""
-        inner, both = self.noise**2
-        return np.sqrt([inner, max(both - inner, _LEAST_SHARE**2 * inner)])
 
     @property
     def noise_level(self) -> float:
@@ -75,12 +62,12 @@ class Data:
 
 
 def noise_over(trials: Sequence[Trial]) -> Array:
-    """Return the standard deviations (3,) of the noise over trials; see `noise_of` [rad]."""
+    """Return the standard deviation (2,) of the noise of theta1 and theta2 over trials [rad]."""
     return _mean([noise_of(trial) for trial in trials])
 
 
 def noise_over_averages(trials: Sequence[Trial], thinned: Sequence[Trial], together: int) -> Array:
-    """Return the same (3,) over trials in which so many samples are averaged into one [rad].
+    """Return the same (2,) over trials in which so many samples are averaged into one [rad].
 
     Args:
         trials: as they were measured.
@@ -96,7 +83,7 @@ def noise_over_averages(trials: Sequence[Trial], thinned: Sequence[Trial], toget
 
 
 def _mean(deviations: Sequence[Array]) -> Array:
-    """Return the root mean square (3,) of standard deviations (3,)."""
+    """Return the root mean square (2,) of standard deviations (2,)."""
     return np.asarray(np.sqrt(np.mean(np.square(deviations), axis=0)))
 
 
@@ -107,7 +94,7 @@ def prepare(parted: Sequence[PartedTrial], window: float, scales: Scales, noise:
         parted: the trials, with what is held out of them.
         window: length of windows [s]; they are shorter where there would be too few otherwise.
         scales: of the rig.
-        noise: (3,) standard deviations over the trials to fit; see `noise_of` [rad].
+        noise: (2,) of theta1 and theta2 over the trials to fit [rad].
 
     Raises:
         IdentificationError: the trials are too short.

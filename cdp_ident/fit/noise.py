@@ -16,7 +16,7 @@ _GROWS = 2.5
 
 
 def noise_of(trial: Trial) -> Array:
-    """Return the standard deviations (3,) of the noise of theta1, of theta2 and of the outer encoder [rad].
+    """Return the standard deviation of the noise of theta1 and theta2 [rad].
 
     It is that of fourth divided differences, scaled so that white noise of standard deviation 1 gives 1, without those
     that are not noise. Of noise that is remembered from one sample to the next, samples further apart show more: twice
@@ -25,7 +25,7 @@ def noise_of(trial: Trial) -> Array:
     over the square root of 12, of which theta2 has both encoders'.
     """
     shown, apart = _deviations(trial, 1), 1
-    is_noise: Mask = np.full(len(shown), True)
+    is_noise: Mask = np.full(2, True)
     found = np.maximum(shown, _rounding(encoder_steps(trial)))
     while np.any(is_noise) and 16 * apart < len(trial.time):
         further = _deviations(trial, 2 * apart)
@@ -36,14 +36,13 @@ def noise_of(trial: Trial) -> Array:
 
 
 def _deviations(trial: Trial, apart: int) -> Array:
-    """Return the standard deviations (3,) that differences of samples so many apart show; see `noise_of` [rad]."""
-    angles = np.column_stack([trial.theta, np.diff(trial.theta, axis=1)])
-    sizes = np.abs(fourth_differences(trial.time, angles, apart))
+    """Return the standard deviations (2,) that differences of samples so many apart show of theta1 and theta2 [rad]."""
+    sizes = np.abs(fourth_differences(trial.time, trial.theta, apart))
     return np.array([_trimmed_deviation(column) for column in sizes.T])
 
 
 def rounding_of_averages(trial: Trial, together: int) -> Array:
-    """Return a lower limit (3,) of the root mean square error that rounding leaves in averages; see `noise_of` [rad].
+    """Return a lower limit (2,) of the root mean square error that rounding leaves in averages [rad].
 
     Where an encoder repeats its reading over two averages, both have its whole error, and their differences do not show
     it; where readings change, errors average out, and differences show the rest.
@@ -71,9 +70,8 @@ def _encoder_angles(trial: Trial) -> Array:
 
 
 def _rounding(steps: Array) -> Array:
-    """Return root mean square errors (3,) by encoders' steps (2,), of which theta2 has both; see `noise_of` [rad]."""
-    inner, outer = steps**2 / 12.0
-    return np.sqrt([inner, inner + outer, outer])
+    """Return the root mean square error (2,) of theta1 and theta2 by encoders' steps (2,): theta2 has both [rad]."""
+    return np.asarray(np.sqrt(np.cumsum(steps**2) / 12.0))
 
 
 def _trimmed_deviation(sizes: Array) -> float:

@@ -27,6 +27,7 @@ pieces are twice as long, half a time unit. With half or twice as many steps in 
 times as many, two of some 2000 windows were lost."""
 _GAP = 2.0
 """Samples are missing where none comes for so many usual steps."""
+_GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 FEWEST_SAMPLES = 12
 """Least samples in a window: it determines its initial state (four numbers) from two angles a sample, and needs some
 more."""
@@ -179,13 +180,12 @@ def cut_at(trial: Trial, index: int, bounds: Sequence[int], step: float = DEFAUL
     return windows
 
 
-_GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
-
-
 def share_of(durations: Sequence[float], enough: float) -> tuple[int, ...]:
     """Return the indices of pieces, ascending, that are spread evenly over all and last for enough [s] together.
 
-    They are all pieces where these last no longer, and at least one.
+    They are all pieces where these last no longer, and at least one. Looking for effects takes hundreds of fits, and of
+    what an hour shows, a minute or two show most. The golden ratio's multiples, modulo one, are nowhere dense, nowhere
+    sparse, and never in step with anything that repeats, as the beginnings of trials do (Weyl, Math. Ann. 77, 1916).
     """
     order = np.argsort(np.arange(len(durations)) * _GOLDEN % 1.0, kind="stable")
     motion = np.cumsum(np.asarray(durations)[order])

@@ -207,15 +207,17 @@ class GaussNewton:
     def _look_at_residuals(self) -> None:
         """Let noise have the memory, or the errors of time, and be of the angles, that residuals show most likely."""
         without, swings, linear = replace(self._noise, time=0.0), self._swings, self._linear
-        others = list[tuple[Noise, float]]()
-        turned = without.of_other_angles(swings, linear)
-        for of, price in ((without, 0.0), (turned, SHOWN)):
+        tried = list[tuple[Noise, float]]()
+        of_outer = np.inf
+        for of, price in ((without, 0.0), (without.of_other_angles(swings, linear), SHOWN)):
             remembering, late = of.remembering(swings, linear), of.with_errors_of_time(swings, linear)
-            others += [(turned, price)] * (of is turned)
-            others += [(remembering, price)] * (not (of.is_white and remembering.is_white))
-            others += [(late, price + SHOWN)] * (late.time > 0.0)
-        if others:
-            self._noise = min([(without, 0.0), *others], key=lambda one: self._misfit_with(one[0]) + one[1])[0]
+            # Beside theta1, which is the inner encoder's, that angle is independent which scatters less.
+            if late.sizes[1] < of_outer:
+                tried += [(of, price)]
+                tried += [(remembering, price)] * (not (of.is_white and remembering.is_white))
+                tried += [(late, price + SHOWN)] * (late.time > 0.0)
+                of_outer = late.sizes[1]
+        self._noise = min(tried, key=lambda one: self._misfit_with(one[0]) + one[1])[0]
 
     @cached_property
     def _known(self) -> Known:

@@ -106,15 +106,15 @@ class Noise:
     @property
     def encoders(self) -> Array:
         """(2,) standard deviation of both encoders' noise [rad]."""
-        return np.sqrt(np.cumsum(self._sizes**2)) if self.absolute else self._sizes
+        return np.sqrt(np.cumsum(self.sizes**2)) if self.absolute else self.sizes
 
     def angles(self, counted: Mask) -> Array:
         """Return the standard deviation (2,) of the noise of theta1 and theta2, by that which counts (2,) [rad]."""
-        sizes = np.where(counted, self._sizes, 0.0)
+        sizes = np.where(counted, self.sizes, 0.0)
         return sizes if self.absolute else np.sqrt(np.cumsum(sizes**2))
 
     @property
-    def _sizes(self) -> Array:
+    def sizes(self) -> Array:
         """(2,) standard deviation of the noise of what is independent [rad]."""
         return np.asarray(self.new * np.sqrt(self._gain))
 
@@ -221,7 +221,7 @@ class Noise:
             np.concatenate([getattr(of, name)[kept].T for of, kept in zip(seen, counted, strict=True)], axis=1)
             for name in ("residuals", "rates")
         )
-        sizes, time = self._sizes[:, None], self.time
+        sizes, time = self.sizes[:, None], self.time
         if time == 0.0:
             weighted = rates / sizes**2
             expected = _products(weighted, rates)
@@ -260,7 +260,7 @@ class Noise:
         a, b = (1.0 - kept**2) * (variance - white) + (1.0 + kept**2) * white, kept * white
         mixed = np.where(b > 0.0, 2.0 * b / (a + np.sqrt(np.maximum(a**2 - 4.0 * b**2, 0.0))), 0.0)
         found = replace(self, kept=kept, mixed=mixed, time=0.0)
-        return replace(found, new=self._sizes / np.sqrt(found._gain))
+        return replace(found, new=self.sizes / np.sqrt(found._gain))
 
     def of_other_angles(self, swings: Sequence[Swing], linear: Sequence[Linearised]) -> "Noise":
         """Return white noise that is independent in the absolute angles, or else in the encoders, as residuals show."""

@@ -15,6 +15,8 @@ from cdp_ident.likelihood.swing import Swing
 from cdp_ident.likelihood.whole_swing import Recorded
 from cdp_ident.trial.trial import Trial
 
+_LEAST_SHARE = 0.3
+"""The outer encoder's noise is at least so much of the inner one's."""
 _PIECE = 40.0
 """Pieces of long recordings, in time units: eight seconds of the paper's rig, so that effects whose states are unknown
 where a piece begins are still seen."""
@@ -91,4 +93,6 @@ def _swings(
 
 def _recorded(data: Data, swings: Sequence[Swing], noise: float = 1.0) -> Recorded:
     """Return swings whose noise is so many times that of what is fitted."""
-    return Recorded(tuple(swings), noise * data.encoders, data.scales.encoder_steps, data.scales.time_unit)
+    inner, both = (noise * data.noise) ** 2
+    encoders = np.sqrt([inner, max(both - inner, _LEAST_SHARE**2 * inner)])
+    return Recorded(tuple(swings), encoders, data.scales.encoder_steps, data.scales.time_unit)

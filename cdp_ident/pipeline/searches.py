@@ -43,7 +43,7 @@ def search_by_both(bags: Sequence[Path], given: Mapping[str, Any], seeds: int, s
     by_method = {method: Settings.of({**given, "method": method}) for method in _METHODS}
     settings = by_method[_METHODS[0]]
     trials = load(Job(tuple(bags), (), settings)).fit
-    prior, noise = settings.identify.prior, noise_over(trials)[:2]
+    prior, noise = settings.identify.prior, noise_over(trials)
     scales = scales_of(trials, prior.length, prior.gravity)
     windows = [beginning_of(trial.stretches[0], index, PAPER_SPAN, scales.step) for index, trial in enumerate(trials)]
     objective = search_objective(windows, PAPER_SPAN, prior)

@@ -31,7 +31,7 @@ from scipy.special import erf
 
 from cdp_ident.arrays import Array, Mask, Rows
 from cdp_ident.model.parameters import NOMINAL
-from cdp_ident.trial.kinematics import local_motion, off_smooth
+from cdp_ident.trial.kinematics import MEDIAN_OF_SIZE, local_motion, off_smooth
 from cdp_ident.trial.scales import Scales, sampling_step
 
 COLUMNS = ("A22", "A23", "A33", "c1", "c2", "G1", "G2", "k1", "k2", "D", "E12", "E1", "E2", "M1", "M2")
@@ -87,7 +87,7 @@ def motion_on_grid(
     cart = np.zeros(len(time)) if cart is None else cart
     values, slopes = local_motion(time, np.column_stack([angles, cart]), at, scales.half_width)
     known = None if torques is None else np.column_stack([np.interp(at, time, of) for of in torques.T])
-    noise = 1.4826 * np.median(off_smooth(time, angles, scales.half_width), axis=0)
+    noise = np.median(off_smooth(time, angles, scales.half_width), axis=0) / MEDIAN_OF_SIZE
     return Motion(
         at, values[:, :2], slopes[:, :2], values[:, 2], slopes[:, 2], scales, noise, _gain(time, scales), known
     )

@@ -19,6 +19,7 @@ import numpy as np
 
 from cdp_ident.arrays import Array, Mask
 from cdp_ident.errors import TrialError
+from cdp_ident.trial.kinematics import MEDIAN_OF_SIZE
 
 _TOLERANCE = 0.03
 """How far a distance may be off at least, as a share of it: a lens that distorts, a tracker's noise."""
@@ -84,7 +85,7 @@ def rods_on_film(points: Array, y_down: bool, tried: int = 0) -> Film:
         notes.append(f"the pivot is the centre of the joint's circle, x {centre[0]:.4g}, y {abs(centre[1]):.4g}")
     length, tolerance = _length(points[seen])
     pivot = points[seen, 0]
-    spread = 1.4826 * np.median(np.abs(pivot - np.median(pivot, axis=0)), axis=0) / length
+    spread = np.median(np.abs(pivot - np.median(pivot, axis=0)), axis=0) / (MEDIAN_OF_SIZE * length)
     if spread[1] > _LEVEL:
         raise TrialError("the pivot moves up and down: check which columns are pivot, joint and tip")
     is_at_rest = bool(np.all(spread < _AT_REST))
@@ -310,7 +311,7 @@ def _regression(lengths: Array, regressors: Array) -> tuple[Array, Array]:
     for _ in range(_ROUNDS):
         error = lengths - regressors @ fit(design[usable].T @ design[usable])
         error = np.abs(error - np.median(error))
-        usable = error <= _OUTLIER * 1.4826 * np.median(error)
+        usable = error <= _OUTLIER / MEDIAN_OF_SIZE * np.median(error)
     of_parts = np.array([of.T @ of for of in (design[usable & (part == k)] for k in range(_BLOCKS))])
     whole = np.sum(of_parts, axis=0)
     without = np.array([fit(whole - of_part) for of_part in of_parts])

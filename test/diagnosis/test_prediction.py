@@ -18,7 +18,7 @@ from reference.pendulum import TABLE_3, TABLE_5, motion
 from scenarios.next_swing import MODEL, PRIOR, TRUTH
 from scenarios.twin import TEN_SECONDS, standard_motion, standard_twin
 
-NOISE = np.full(3, 2e-3)
+NOISE = np.full(2, 2e-3)
 EXACT = Trial("exact", TEN_SECONDS, standard_motion())
 
 

@@ -21,7 +21,7 @@ THETA = simulate(physical_coefficients(TABLE_5), TABLE_3, TEN_SECONDS)[:, :2]
 TRIAL = Trial("whole", TEN_SECONDS, THETA)
 
 
-NOISE = np.full(3, 2e-3)
+NOISE = np.full(2, 2e-3)
 SCALES = scales_of([TRIAL], 0.4, 9.81)
 
 
@@ -51,7 +51,7 @@ def test_the_window_and_the_step_are_the_rig_s():
     data = prepare([*whole(TRIAL), HELD_OUT], SCALES.window, SCALES, NOISE)
     assert data.window == pytest.approx(SCALES.window, rel=3e-3)  # the trial is a sample too short for four
     assert data.scales is SCALES
-    assert data.deviations is NOISE
+    assert data.noise is NOISE
     assert {window.grid.step for window in (*data.fit, *data.holdout)} == {SCALES.step}
 
 

@@ -16,7 +16,7 @@ from cdp_ident.trial.trial import Trial
 from scenarios.swings import MODEL, TIME, UNIT, measured, motion
 
 TRIAL = measured(motion(), np.random.default_rng(0))
-NOISE = np.array([2e-4, 3e-4, 2.5e-4])
+NOISE = np.array([2e-4, 3e-4])
 SCALES = scales_of([TRIAL], 0.4, 9.81)
 
 
@@ -47,7 +47,7 @@ def test_held_out_stretches_and_trials_are_not_in_what_is_fitted_but_in_all_that
 def test_the_noise_of_the_outer_encoder_is_what_theta2_has_more_than_theta1():
     of = fitted_recorded(WITH_HELD_OUT, 0.2, np.inf)
     np.testing.assert_allclose(of.encoders, [2e-4, np.sqrt(5.0) * 1e-4])
-    less = replace(WITH_HELD_OUT, deviations=np.array([2e-4, 2e-4, 2e-4]))
+    less = replace(WITH_HELD_OUT, noise=np.array([2e-4, 2e-4]))
     np.testing.assert_allclose(fitted_recorded(less, 0.2, np.inf).encoders, [2e-4, 0.6e-4])
 
 

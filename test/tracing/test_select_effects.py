@@ -16,7 +16,7 @@ from cdp_ident.likelihood.recorded import fitted_recorded
 from cdp_ident.tracing.select_effects import ExpectedEffect, select_effects
 from scenarios.swings import TRUE, fitted, known, measured, motion
 
-NOISE = np.full(3, 3e-4)
+NOISE = np.full(2, 3e-4)
 
 
 @pytest.fixture(scope="module", params=[4e-4, 0.0], ids=["rubbing", "clean"])

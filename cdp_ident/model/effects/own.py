@@ -19,7 +19,7 @@ import ctypes
 import json
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +31,7 @@ from cdp_ident.model.effects.effect import JOINTS, Effect, EffectParameter, Law,
 from cdp_ident.model.formulas import language as words
 from cdp_ident.model.formulas.compiled import motion_law, reading_law
 from cdp_ident.model.formulas.syntax import Tree, error_at, names_used, parse
-from cdp_ident.user_input import number, quoted, refuse_unknown
+from cdp_ident.user_input import mapping_of, number, quoted, refuse_unknown
 from cdp_ident.yaml_file import read_yaml
 
 OWN_EFFECTS = "own_effects"
@@ -121,7 +121,7 @@ def effects_of(definitions: Mapping[str, Any], inertia: float, where: str) -> tu
         place = f"{where}: {_name(name, f'name of an effect in {where}')}"
         if name in taken:
             raise OptionError(f"{place}: the catalogue has an effect of this name; choose another one")
-        content = _mapping(definition, place, _KEYS)
+        content = mapping_of(definition, place, _KEYS)
         if "joint" not in content:
             raise OptionError(f"{place}: joint is missing: {', '.join(_PLACES)}, or a list of them")
         joints = content["joint"] if isinstance(content["joint"], list) else [content["joint"]]
@@ -135,8 +135,8 @@ def effects_of(definitions: Mapping[str, Any], inertia: float, where: str) -> tu
 def _effect(name: str, joint: Any, content: Mapping[str, Any], inertia: float, place: str) -> Effect:
     parameters = _parameters(content.get("parameters"), inertia, place)
     units = {p.name: p.inertia_power for p in parameters}
-    states = _mapping(content.get("states", {}), f"{place}: states")
-    defined = _mapping(content.get("where", {}), f"{place}: where")
+    states = mapping_of(content.get("states", {}), f"{place}: states")
+    defined = mapping_of(content.get("where", {}), f"{place}: where")
     if len(defined) > _MOST:
         raise OptionError(f"{place}: where: {len(defined)} parts; at most {_MOST} are read")
     if len(states) > words.MOST_STATES:
@@ -181,14 +181,14 @@ def _formulas(key: str, given: Any, masses: Mapping[str, int], where: str) -> An
 
 
 def _state(name: str, given: Any, masses: Mapping[str, int], where: str) -> State:
-    content = _mapping(given, where, _STATE_KEYS)
+    content = mapping_of(given, where, _STATE_KEYS)
     _checked(content.get("rate", ""), masses, f"{where}: rate", 0)
     limit = number(content.get("limit", math.inf), f"{where}: limit", 0.0) if "limit" in content else math.inf
     return State(name, content["rate"], limit, number(content.get("start_std", 1.0), f"{where}: start_std", 0.0))
 
 
 def _parameters(given: Any, inertia: float, place: str) -> tuple[EffectParameter, ...]:
-    content = _mapping(given, f"{place}: parameters")
+    content = mapping_of(given, f"{place}: parameters")
     if not 0 < len(content) <= _MOST:
         raise OptionError(f"{place}: {len(content)} parameters; expected at least one, and at most {_MOST}")
     parameters = tuple(_parameter(name, one, inertia, f"{place}: {name}") for name, one in content.items())
@@ -199,7 +199,7 @@ def _parameters(given: Any, inertia: float, place: str) -> tuple[EffectParameter
 
 
 def _parameter(name: Any, given: Any, inertia: float, where: str) -> EffectParameter:
-    content = _mapping(given, where, _PARAMETER_KEYS)
+    content = mapping_of(given, where, _PARAMETER_KEYS)
     if missing := [key for key in ("unit", "limits", "typical") if key not in content]:
         raise OptionError(f"{where}: {missing[0]} is missing")
     _name(name, f"parameter in {where}")
@@ -300,11 +300,3 @@ def _name(name: Any, what: str) -> str:
     if not isinstance(name, str) or not _NAME.fullmatch(name):
         raise OptionError(f"{what} is {quoted(name)}; expected small letters, digits and _, a letter first")
     return name
-
-
-def _mapping(content: Any, where: str, known: Sequence[str] = ()) -> dict[str, Any]:
-    if not isinstance(content, dict):
-        raise OptionError(f"{where}: expected keys with values, found {quoted(content)}")
-    if known:
-        refuse_unknown(map(str, content), known, f"key in {where}")
-    return content

@@ -19,7 +19,7 @@ from cdp_ident.model.parameters import GROUPS, LARGEST, NOMINAL, SYMBOLS, inerti
 from cdp_ident.model.weights import ADDED, INERTIA, RODS, Weight, added_by, weights_of
 from cdp_ident.rig.emulator.device import Encoders
 from cdp_ident.rig.emulator.motion import Command, Drive, Hold, LetGo, MoveCart, Wait, WaitForCommand
-from cdp_ident.user_input import limits_of, number, quoted, refuse_unknown
+from cdp_ident.user_input import limits_of, mapping_of, number, quoted, refuse_unknown
 from cdp_ident.yaml_file import read_yaml
 
 _Part = TypeVar("_Part")
@@ -92,10 +92,10 @@ def load_rig(path: Path) -> EmulatedRig:
         content: Any = read_yaml(path)
     except (OSError, ValueError) as error:
         raise OptionError(f"the rig's file {path} cannot be read: {error}") from error
-    content = _mapping(content, str(path), _KEYS)
+    content = mapping_of(content, str(path), _KEYS)
     parameters = {
         symbol: number(value, f"{path}: parameters: {symbol}", 1e-6 if symbol == "L" else 0.0, LARGEST)
-        for symbol, value in _mapping(content.get("parameters", {}), f"{path}: parameters", tuple(NOMINAL)).items()
+        for symbol, value in mapping_of(content.get("parameters", {}), f"{path}: parameters", tuple(NOMINAL)).items()
     }
     script = parse_script(content["script"], f"{path}: script") if "script" in content else DEFAULT_SCRIPT
     drive = _of_fields(content["drive"], Drive, f"{path}: drive") if "drive" in content else None
@@ -107,12 +107,12 @@ def load_rig(path: Path) -> EmulatedRig:
     if any(isinstance(command, not_possible) for command in script):
         has = "has a drive, which alone moves it" if drive else "has no drive; give the key drive"
         raise OptionError(f"{path}: script: {why} is not possible, for the cart {has}")
-    added = _mapping(content.get(ADDED, {}), f"{path}: {ADDED}", RODS)
+    added = mapping_of(content.get(ADDED, {}), f"{path}: {ADDED}", RODS)
     weights = weights_of({f"{ADDED}.{rod}": weight for rod, weight in added.items()}, str(path))
     clamped = tuple(weight for weight in weights.values() if weight)
     rig = EmulatedRig(NOMINAL | parameters, encoders, rate, clock_error, script * repeat, weights=clamped, drive=drive)
     rig.coefficients()
-    use(_mapping(content.get(OWN_EFFECTS, {}), f"{path}: {OWN_EFFECTS}"), rig.inertia, f"{path}: {OWN_EFFECTS}")
+    use(mapping_of(content.get(OWN_EFFECTS, {}), f"{path}: {OWN_EFFECTS}"), rig.inertia, f"{path}: {OWN_EFFECTS}")
     outer_length = outer_rod_length(rig.parameters["L"], rig.parameters["l2"])
     effects = parse_effects(content.get("effects", {}), rig.inertia, outer_length, f"{path}: effects")
     return replace(rig, effects=effects)
@@ -153,8 +153,8 @@ def parse_effects(content: Any, inertia: float, outer_length: float, where: str)
         return NO_EFFECTS
     chosen = [
         _possible_now(*effect_of(name, joint, one, inertia, where), f"{where}: {name}: {joint}")
-        for name, joints in _mapping(content, where).items()
-        for joint, given in _mapping(joints, f"{where}: {name}").items()
+        for name, joints in mapping_of(content, where).items()
+        for joint, given in mapping_of(joints, f"{where}: {name}").items()
         for one in (given if isinstance(given, list) else [given])
     ]
     return ActingEffects.of(chosen, outer_length)
@@ -169,23 +169,13 @@ def _possible_now(effect: Effect, values: list[float], where: str) -> tuple[Effe
     return effect, values
 
 
-def _mapping(content: Any, where: str, known: tuple[str, ...] = ()) -> dict[str, Any]:
-    """Return a mapping of the file. Raises `OptionError` where it is none, or has a key that is not `known`."""
-    if not isinstance(content, dict):
-        keys = f"keys ({', '.join(known)})" if known else "keys"
-        raise OptionError(f"{where}: expected {keys} with values, found {quoted(content)}")
-    if known:
-        refuse_unknown(map(str, content), known, f"key in {where}")
-    return content
-
-
 def _of_fields(content: Any, kind: type[_Part], where: str) -> _Part:
     """Return a dataclass of numbers that a mapping gives by the names of its fields; others have their defaults.
 
     Raises `OptionError` where a number is missing, unknown or out of its field's limits.
     """
     limits, types, values = limits_of(kind), get_type_hints(kind), {}
-    given = _mapping(content, where, tuple(limits))
+    given = mapping_of(content, where, tuple(limits))
     for part in fields(kind):  # type: ignore[arg-type]
         name = part.name
         if name in given:
