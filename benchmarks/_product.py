@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The package as a user has it: trials and nominal values in, names and errors out. Nothing else here imports it."""
 
-from collections.abc import Sequence
+import contextlib
+import sys
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -11,6 +13,7 @@ import numpy as np
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
+from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.pipeline.identify import identify, identify_and_trace
 from cdp_ident.tracing.trace import Trace
 from cdp_ident.trial.trial import Trial
@@ -66,6 +69,20 @@ def traced(truth: Truth, method: Literal["iga", "tga"] | None = None) -> Trace:
     """Identify a truth's rig from its first trials, by the paper's search or not, and trace what is left to effects."""
     fit, holdout, options = _given(truth)
     return identify_and_trace(fit, holdout, replace(options, method=method))[1]
+
+
+@contextlib.contextmanager
+def catalogue_without(names: Collection[str]) -> Iterator[None]:
+    """Take effects out of the catalogue for a while."""
+    modules = [of for of in [*sys.modules.values()] if getattr(of, "known_effects", None) is known_effects]
+    known = known_effects
+    for module in modules:
+        vars(module)["known_effects"] = lambda: tuple(e for e in known() if e.name not in names)
+    try:
+        yield
+    finally:
+        for module in modules:
+            vars(module)["known_effects"] = known
 
 
 def found(truth: Truth) -> Found:

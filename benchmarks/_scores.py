@@ -3,7 +3,7 @@
 """What the package's answer to a hidden truth is worth, and the table over many."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -62,11 +62,13 @@ class Score:
     """Processor time of the package: what it would take on one core that has nothing else to do."""
     strengths: tuple[dict[str, Any], ...] = field(default=())
     """Of all that is hidden: strength, and how visible it is over the noise."""
+    is_strange: bool = False
+    """Whether the laws of what is hidden were taken out of the catalogue: any name is wrong."""
 
     @property
     def group(self) -> str:
         """The group of its kind."""
-        return group_of(self.kind)
+        return "beyond" if self.is_strange else group_of(self.kind)
 
     @property
     def verdict(self) -> str:
@@ -148,6 +150,12 @@ def score(truth: Truth, found: Found, seconds: float) -> Score:
             for key, h in zip(_keys(truth.hidden), truth.hidden, strict=True)
         ),
     )
+
+
+def strange(of: Score) -> Score:
+    """Return the score of a truth whose laws the catalogue lacked: no name is right, and nothing is missed."""
+    lost = (*of.right, *of.missed, *of.weak, *of.beyond)
+    return replace(of, right=(), missed=(), weak=(), beyond=lost, false=of.named, is_strange=True)
 
 
 def _is_faint(hidden: Hidden, truth: Truth, before: float) -> bool:

@@ -26,7 +26,7 @@ from rich.table import Table
 from benchmarks._scores import Score
 from benchmarks._workers import each
 from benchmarks.tracing import examine
-from reference.kinds import spread
+from reference.kinds import combined, spread
 from reference.readings import ENGINES
 
 
@@ -156,6 +156,7 @@ def main(arguments: Sequence[str] = ()) -> None:
     names = [rule.name for rule in RULES]
     parser = argparse.ArgumentParser(prog="python -m benchmarks.rules")
     parser.add_argument("--count", type=int, default=200, help="size of a spread sample of all kinds")
+    parser.add_argument("--combined", action="store_true", help="of two or three single effects each instead")
     parser.add_argument("--first", type=int, default=0, help="first seed")
     parser.add_argument("--off", default=",".join(names), help="rules to switch off, with commas")
     parser.add_argument("--together", action="store_true", help="all of these at once")
@@ -167,7 +168,7 @@ def main(arguments: Sequence[str] = ()) -> None:
     if unknown := set(chosen) - set(names):
         parser.error(f"there is no rule {', '.join(sorted(unknown))}; there are: {', '.join(names)}")
     sets = [(), tuple(chosen)] if options.together else [(), *((name,) for name in chosen)]
-    truths = spread(options.count, tuple(ENGINES), options.first)
+    truths = (combined if options.combined else spread)(options.count, tuple(ENGINES), options.first)
     found = []
     options.out.parent.mkdir(parents=True, exist_ok=True)
     with options.out.open("w", encoding="utf-8") as file:

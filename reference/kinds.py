@@ -4,6 +4,8 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 _IN_BOTH = ("coulomb_friction", "stribeck_friction", "quadratic_friction", "load_friction", "air_drag", "joint_spring",
             "cogging_torque", "impulse", "encoder_offset", "encoder_scale", "encoder_eccentricity",
             "encoder_slip", "backlash", "constant_torque", "varying_viscosity", "encoder_harmonic",
@@ -50,6 +52,9 @@ BEYOND = ("partial_rub.inner", "presliding_friction.outer",
 GROUPS = {"none": ("none",), "single": SINGLE, "several": SEVERAL, "sticking": STICKING, "beyond": BEYOND}
 KINDS = tuple(kind for kinds in GROUPS.values() for kind in kinds)
 
+_THREE = 0.3
+"""Share of combined truths that have three effects."""
+
 _IN_MUJOCO = ("none", "coulomb_friction", "stopping", "joint_spring", "gravity_tilt", "pivot_compliance", "heavy_cart",
               "rotor_inertia", "encoder_offset", "encoder_scale", "encoder_eccentricity", "encoder_slip", "time_offset",
               "backlash", "rod_flex", "encoder_harmonic", "encoder_compliance", "oblique_view",
@@ -89,6 +94,20 @@ def spread(count: int, engines: Sequence[str], first: int = 0) -> list[tuple[str
             engine = engines[moved % len(engines)]
             moved += 1
         chosen.append((kind, seed, engine))
+    return chosen
+
+
+def combined(count: int, engines: Sequence[str], first: int = 0) -> list[tuple[str, int, str]]:
+    """Return kind, seed and engine of so many truths of two or three effects each, drawn of all single ones.
+
+    Arguments are those of `spread`.
+    """
+    rng = np.random.default_rng(first)
+    chosen = list[tuple[str, int, str]]()
+    for seed in range(first, first + count):
+        kind = "+".join(sorted(rng.choice(SINGLE, 3 if rng.random() < _THREE else 2, replace=False)))
+        possible = [engine for engine in engines if engine == "equations" or in_mujoco(kind)]
+        chosen.append((kind, seed, possible[seed % len(possible)] if possible else "equations"))
     return chosen
 
 

@@ -122,7 +122,7 @@ class ModelSearch:
                 if self.best.model.effects[-1].effect.curve is not None:
                     self._spell_out(before)
                 self._simplify()
-            elif self._other_maxima() or self._zeros() or self._replace():
+            elif self._other_maxima() or self._zeros() or self._replace() or self._look_ahead():
                 self._simplify()
             else:
                 return
@@ -265,6 +265,26 @@ class ModelSearch:
             tried.append((named, added))
         if self.cost(named) < 0.0 and self._errors.explains(named, self.best):
             self._note(f"exchanged for {' and '.join(added)}", named, tried)
+
+    def _look_ahead(self) -> bool:
+        """Add more to what is more probable than the best model, but explains nothing over windows.
+
+        Of several effects each may explain little of the motion while the others are missing.
+        """
+        ahead, added = min(self.fitted.values(), key=self.cost), tuple[str, ...]()
+        before, tried = self.best, list[_Fitted]()
+        while self.cost(ahead) < 0.0 and len(added) < SEVERAL:
+            better = self._better(ahead, [*first(additions(ahead, self._named_only)[0]), *extended_models(ahead)])
+            if better is None:
+                break
+            ahead, added = better[0], (*added, *better[1])
+            tried.append((ahead, added))
+            if self._errors.explains(ahead, before):
+                there = [active.effect.key for active in before.model.effects]
+                new = [active.key for active in ahead.model.effects if active.effect.key not in there]
+                self._note(f"added {' and '.join(new)}", ahead, tried)
+                return True
+        return False
 
     def _better(self, than: WholeSwings, neighbours: Sequence[Neighbour]) -> _Fitted | None:
         """Return the most probable neighbour of a model, with what it has more; None where none is better."""

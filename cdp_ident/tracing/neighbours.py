@@ -246,11 +246,13 @@ def hides_more(found: WholeSwings) -> bool:
 def hidden_by_torques(found: WholeSwings) -> Iterator[Neighbour]:
     """Yield models with an effect that unknown torques, or autocorrelated noise, follow as well as it would.
 
-    Its score says too little. Such are play in a coupling, which shows by jumps; where the base moves one that has a
-    mode of its own, which near no strength is not seen unless its frequency is right; dry friction that holds a joint,
-    or both, most of the time, as near no strength it does not hold them; and friction that gives way so far that it is
-    no dry friction.
+    Its score says too little. Such are play in a coupling, which shows by jumps; a base, or an elastic coupling of an
+    encoder, with a mode of its own, which near no strength is not seen unless its frequency is right; dry friction that
+    holds a joint, or both, most of the time, as near no strength it does not hold them; and friction that gives way so
+    far that it is no dry friction.
     """
+    if not hides_more(found):
+        return
     torque = dict(zip(JOINTS, np.sqrt(np.mean(MissingTorque.of(found).torque ** 2, axis=0)).tolist(), strict=True))
     dry = [e for e in known_effects() if e.dry and not e.contains and len(e.parameters) == 1 and torque[e.joint] > 0.0]
     for holding in (each for count in range(1, len(dry) + 1) for each in combinations(dry, count)):
@@ -261,17 +263,17 @@ def hidden_by_torques(found: WholeSwings) -> Iterator[Neighbour]:
             model, np.concatenate([found.values, strengths]), tuple(effect.key for effect in holding), found
         )
     for effect in known_effects():
-        if effect.remembers and torque[effect.joint] > 0.0:
-            for values in _beginnings(found, {effect.parameters[0].name: torque[effect.joint]}, effect):
-                yield replace(_with(found, ActiveEffect(effect), np.array(values)), again=True)
-        begins = list[dict[str, float]]()
-        if effect.states and effect.known_at_zero and not effect.moves:
-            begins = [{}]
-        elif effect.swings and found.base_moves:
+        begins, of_each = list[dict[str, float]](), 1
+        if effect.swings:
             (frequency,) = (p for p in ActiveEffect(effect).fitted if p.shape and p.begins)
             begins = [{frequency.name: f * typical(frequency, found.recorded.time_unit)} for f in _FREQUENCIES]
+        elif effect.remembers:
+            strength, of_each = torque[effect.joint], len(SHAPES)
+            begins = [{effect.parameters[0].name: strength}] if strength > 0.0 else []
+        elif effect.states and not effect.moves and not any(p.begins for p in effect.parameters):
+            begins, of_each = [{}], 1 if effect.known_at_zero else len(SHAPES)
         for known in begins:
-            for values in islice(_beginnings(found, known, effect), 1):
+            for values in islice(_beginnings(found, known, effect), of_each):
                 yield replace(_with(found, ActiveEffect(effect), np.array(values)), again=True)
 
 

@@ -8,8 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks._product import Found, Named
-from benchmarks._scores import Score, conclusion, score, summary
+from benchmarks._product import Found, Named, catalogue_without
+from benchmarks._scores import Score, conclusion, score, strange, summary
+from cdp_ident.tracing import neighbours, odds
 from reference.effects import Effect
 from reference.settings import draw_setting
 from reference.truths import Hidden, Truth
@@ -55,6 +56,9 @@ DRY = hidden("coulomb_friction", "outer")
         (judged("partial_rub.inner", [hidden("partial_rub", "inner")], [named("unknown_torque", "inner")]), "ok"),
         (judged("partial_rub.inner", [hidden("partial_rub", "inner")], [named("cogging_torque", "inner")]), "FALSE"),
         (judged("gravity_tilt.base", [hidden("gravity_tilt", "base")], [named("encoder_offset", "inner")]), "ok"),
+        (strange(judged("coulomb_friction.outer", [DRY], [named("coulomb_friction", "outer")])), "FALSE"),
+        (strange(judged("coulomb_friction.outer", [DRY], [])), "ok"),
+        (strange(judged("coulomb_friction.outer", [DRY], [], after=2.0)), "UNSEEN"),
         (Score("none", 0, "mujoco", error="Traceback\nLinAlgError: Singular matrix"), "CRASHED"),
     ],
 )  # fmt: skip
@@ -77,6 +81,14 @@ def test_of_several_effects_those_that_matter_less_may_be_missed():
     wave, ripple = hidden("cogging_torque", "outer"), hidden("cogging_torque", "outer", visible=0.3)
     one = judged("cogging_torque.outer+cogging_torque.outer", [ripple, wave], [named("cogging_torque", "outer")])
     assert one.verdict == "weak"
+
+
+def test_effects_are_out_of_the_catalogue_for_a_while():
+    everywhere = [neighbours, odds]
+    with catalogue_without({"coulomb_friction"}):
+        assert all("coulomb_friction" not in {e.name for e in of.known_effects()} for of in everywhere)
+        assert all("air_drag" in {e.name for e in of.known_effects()} for of in everywhere)
+    assert all("coulomb_friction" in {e.name for e in of.known_effects()} for of in everywhere)
 
 
 def test_the_table_counts_by_group_and_engine():

@@ -5,7 +5,7 @@ import pytest
 
 from reference import sticking
 from reference.effects import Effect, Occasion, draw
-from reference.kinds import GROUPS, KINDS, in_mujoco, spread
+from reference.kinds import GROUPS, KINDS, SINGLE, combined, in_mujoco, spread
 from reference.mechanics import Rig
 from reference.plant import Plant
 from reference.readings import LEAD, Acting, shown
@@ -118,6 +118,16 @@ def test_what_the_starts_of_windows_do_not_imitate_better_is_as_visible_as_least
     late, start = Effect("late", "outer", "s", 1e-5, 0.02, late=True), np.array([3.5, 3.9, 0.0, 0.0])
     drawn_by, visible = visibility(VALUES, [late], [start], [6.0])
     assert np.array_equal(drawn_by, visible)
+
+
+def test_combined_truths_have_two_or_three_different_effects():
+    sample = combined(60, ("equations", "mujoco"), first=7)
+    assert sample[:20] == combined(20, ("equations", "mujoco"), first=7)
+    parts = [kind.split("+") for kind, _, _ in sample]
+    assert {len(of) for of in parts} == {len(set(of)) for of in parts} == {2, 3}
+    assert {part for of in parts for part in of} <= set(SINGLE)
+    assert all(engine == "equations" or in_mujoco(kind) for kind, _, engine in sample)
+    assert {engine for _, _, engine in sample} == {"equations", "mujoco"}
 
 
 def test_a_spread_sample_has_all_groups_and_both_engines():

@@ -97,10 +97,10 @@ ENCODERS = (
         "encoder_compliance",
         "an encoder behind an elastic coupling, with a mode of its own",
         Law(
-            reading="-compliance*drawn",
+            reading="-twist",
             states=(
-                State("drawn", "drawn_rate"),
-                State("drawn_rate", "(acceleration - drawn)/compliance - 2*damping_ratio/sqrt(compliance)*drawn_rate"),
+                State("twist", "twist_rate"),
+                State("twist_rate", "acceleration - twist/compliance - 2*damping_ratio/sqrt(compliance)*twist_rate"),
             ),
         ),
         [

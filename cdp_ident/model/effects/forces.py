@@ -110,7 +110,7 @@ def _impulse(joint: Joint, lasts: bool) -> Effect:
 
 _COMPLIANCE = EffectParameter("compliance", "m/N", 0.0, 1e-2, 1e-5, inertia_power=-1)
 _FREE_PULL = "a1*(cos(theta1)*free1 - sin(theta1)*omega1^2) + m2_l2*(cos(theta2)*free2 - sin(theta2)*omega2^2)"
-_ROUGHLY_RODS, _HEAVIER = "(a1^2 + m2_l2^2/A33)", (1.5, 4, 12)
+_ROUGHLY_RODS, _HEAVIER = "(a1^2 + m2_l2^2/A33)", (4, 1.5, 12)
 """Roughly the rods' mass over A22, and how many times as heavy what moves along may be: fits begin with each."""
 _COMPLIANCES = tuple(f"1/({times}*natural_frequency^2*{_ROUGHLY_RODS})" for times in _HEAVIER)
 _FREQUENCIES = tuple(f"1/sqrt({times}*(compliance + 1e-300)*{_ROUGHLY_RODS})" for times in _HEAVIER)
