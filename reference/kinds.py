@@ -55,6 +55,13 @@ KINDS = tuple(kind for kinds in GROUPS.values() for kind in kinds)
 _THREE = 0.3
 """Share of combined truths that have three effects."""
 
+_ALIKE = (
+    {"gravity_tilt.base", "side_force.base", "encoder_offset.inner"},
+    {"heavy_cart.base", "pivot_compliance.base"},
+    {"quadratic_friction.inner", "air_drag.inner"},
+)
+"""Of these, which are the same motion or a special case of it, a combined truth has one."""
+
 _IN_MUJOCO = ("none", "coulomb_friction", "stopping", "joint_spring", "gravity_tilt", "pivot_compliance", "heavy_cart",
               "rotor_inertia", "encoder_offset", "encoder_scale", "encoder_eccentricity", "encoder_slip", "time_offset",
               "backlash", "rod_flex", "encoder_harmonic", "encoder_compliance", "oblique_view",
@@ -105,7 +112,10 @@ def combined(count: int, engines: Sequence[str], first: int = 0) -> list[tuple[s
     rng = np.random.default_rng(first)
     chosen = list[tuple[str, int, str]]()
     for seed in range(first, first + count):
-        kind = "+".join(sorted(rng.choice(SINGLE, 3 if rng.random() < _THREE else 2, replace=False)))
+        drawn = set[str](rng.choice(SINGLE, 3 if rng.random() < _THREE else 2, replace=False).tolist())
+        for alike in _ALIKE:
+            drawn -= set(sorted(drawn & alike)[1:])
+        kind = "+".join(sorted(drawn))
         possible = [engine for engine in engines if engine == "equations" or in_mujoco(kind)]
         chosen.append((kind, seed, possible[seed % len(possible)] if possible else "equations"))
     return chosen

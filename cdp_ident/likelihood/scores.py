@@ -44,6 +44,9 @@ of an error of it."""
 SHAPES = (1.0, 0.25, 4.0)
 """An effect whose strength is not seen at one value of its shape alone is tried with the first one so many times the
 typical value."""
+WIDTHS = (1.0, 0.5)
+"""What acts near a place is looked for with so many times its typical width: one that is wide does not get narrower
+where unknown torques follow what is narrow."""
 
 
 @dataclass(frozen=True)
@@ -189,14 +192,19 @@ def beginnings(active: ActiveEffect, unit: float) -> Iterator[Array]:
         yield usual
         return
     if active.effect.is_local:
-        one = next(k for k in shapes if fitted[k].begins)
-        tried = [float(begin) for begin in fitted[one].begins]
-    else:
-        one = shapes[0]
-        tried = [factor * float(usual[one]) for factor in SHAPES]
-    for value in tried:
+        place = next(k for k in shapes if fitted[k].begins)
+        widths = [k for k in shapes if fitted[k].resolves]
+        for width in WIDTHS if widths else (1.0,):
+            for begin in fitted[place].begins:
+                values = usual.copy()
+                values[widths] *= width
+                values[place] = float(begin)
+                yield values
+        return
+    one = shapes[0]
+    for factor in SHAPES:
         values = usual.copy()
-        values[one] = np.clip(value, fitted[one].lower, fitted[one].upper)
+        values[one] = np.clip(factor * values[one], fitted[one].lower, fitted[one].upper)
         yield values
 
 

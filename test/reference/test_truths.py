@@ -120,11 +120,13 @@ def test_what_the_starts_of_windows_do_not_imitate_better_is_as_visible_as_least
     assert np.array_equal(drawn_by, visible)
 
 
-def test_combined_truths_have_two_or_three_different_effects():
+def test_combined_truths_have_up_to_three_different_effects():
     sample = combined(60, ("equations", "mujoco"), first=7)
     assert sample[:20] == combined(20, ("equations", "mujoco"), first=7)
     parts = [kind.split("+") for kind, _, _ in sample]
-    assert {len(of) for of in parts} == {len(set(of)) for of in parts} == {2, 3}
+    assert {2, 3} <= {len(of) for of in parts} <= {1, 2, 3}
+    assert all(len(of) == len(set(of)) for of in parts)
+    assert not any({"gravity_tilt.base", "side_force.base"} <= set(of) for of in parts)
     assert {part for of in parts for part in of} <= set(SINGLE)
     assert all(engine == "equations" or in_mujoco(kind) for kind, _, engine in sample)
     assert {engine for _, _, engine in sample} == {"equations", "mujoco"}
