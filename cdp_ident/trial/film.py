@@ -41,7 +41,7 @@ _FEWEST_FRAMES = 10 * _BLOCKS
 _CERTAIN = 25.0
 """An offset is believed if its square over its variance is above this: five standard deviations."""
 _DISTORTS = 100.0
-"""The same of a lens: of 60 films without one it was 28 at most, and 300 with 1 % of distortion at the picture's edge."""
+"""The same of a lens: without one it was 28 at most in 60 films, with 1 % at the edge of the picture 300."""
 _FEWEST_DIRECTIONS = 0.2
 """What an offset goes with (a cosine and a sine) varies by this standard deviation at least: over a shorter arc, what
 else changes the distance a little, as a lens does, would be a large offset."""
