@@ -34,7 +34,7 @@ from cdp_ident.trial.meaning import (
     other_meanings,
     outer_meanings,
 )
-from cdp_ident.trial.mechanisms import BETTER, HOLDS, Pendulum, pendulum, unexplained_beside
+from cdp_ident.trial.mechanisms import HOLDS, Pendulum, pendulum, unexplained_beside
 from cdp_ident.trial.options import TrialOptions, Unit, Zero
 from cdp_ident.trial.recorded_motion import Recorded, recorded_motion
 
@@ -142,7 +142,7 @@ def _one_pendulum(recorded: Recorded, balances: Sequence[Balance], given: Balanc
     found = pendulum(recorded)
     rods = [balance for balance in balances if balance.lumped.may_be_rods]
     left = [min(of.lumped.unexplained, unexplained_beside(of.trusted, "inner")) for of in rods]
-    return found if found and found.unexplained < BETTER * min(left, default=np.inf) else None
+    return found if found and found.unexplained < MUCH_BETTER * min(left, default=np.inf) else None
 
 
 def _other_mechanism(recorded: Recorded, balances: Sequence[Balance], given: Balance, other: Pendulum | None) -> str:
@@ -232,7 +232,7 @@ def _driven(given: Balance) -> str:
     """Say in which joint what is unexplained acts; empty where it may be either, or anything else."""
     left = {joint: unexplained_beside(given.trusted, joint) for joint in JOINTS}
     joint = min(JOINTS, key=lambda joint: left[joint])
-    most = min(HOLDS, *(BETTER * of for of in (given.lumped.unexplained, max(left.values()))))
+    most = min(HOLDS, *(MUCH_BETTER * of for of in (given.lumped.unexplained, max(left.values()))))
     if left[joint] >= most:
         return ""
     return f"it acts in the {joint} joint (a motor, a hand, a spring?), beside which {left[joint]:.1%} is left"
@@ -368,7 +368,7 @@ def smaller_units_found(samples: Samples, options: TrialOptions) -> str:
     found, before = found_units(samples, options)
     recorded = _recorded(samples, options)
     other = pendulum(recorded) if recorded else None
-    if found is None or found is before or (other and found.lumped.unexplained >= BETTER * other.unexplained):
+    if found is None or found is before or (other and found.lumped.unexplained >= MUCH_BETTER * other.unexplained):
         return ""
     units = {joint: unit for joint in JOINTS if (unit := getattr(found.meaning, f"{joint}_unit")) in _SMALLER}
     whose = "both joints are" if len(units) > 1 else f"the {''.join(units)} joint is"

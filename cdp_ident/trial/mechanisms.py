@@ -22,12 +22,11 @@ from scipy.special import erf
 from cdp_ident.arrays import Array
 from cdp_ident.model.effects.effect import JOINTS, Joint
 from cdp_ident.trial.balance import COLUMNS, Motion, Windows, over_windows, window_weights
+from cdp_ident.trial.meaning import MUCH_BETTER
 from cdp_ident.trial.recorded_motion import Recorded
 
 HOLDS = 0.01
 """Share of its acceleration up to which a single equation holds."""
-BETTER = 0.5
-"""Another equation is the right one where it leaves less than this share of what is left without it."""
 _NOTHING = 0.002
 """So much of the acceleration is left by what a motion's grid neglects."""
 _MOST, _OUTLIER = 0.9, 13.0
@@ -110,7 +109,7 @@ def _of_column(recorded: Recorded, place: int) -> Pendulum | None:
         for pivot, terms in _PIVOTS.items()
     }
     # A simpler one will do where it leaves next to nothing, or not far more.
-    pivot = reduce(lambda one, other: other if left[other] < BETTER * left[one] > _NOTHING else one, _PIVOTS)
+    pivot = reduce(lambda one, other: other if left[other] < MUCH_BETTER * left[one] > _NOTHING else one, _PIVOTS)
     if not pivot or left[pivot] > HOLDS:
         return None
     words = f"one pendulum (the {JOINTS[place]} column) {pivot}: that leaves {left[pivot]:.1%} of its acceleration"
