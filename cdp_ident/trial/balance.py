@@ -38,6 +38,7 @@ COLUMNS = ("A22", "A23", "A33", "c1", "c2", "G1", "G2", "k1", "k2", "D", "E12", 
 """What the balance is linear in; A22 itself is one, and M1, M2 what motors' torques are multiplied by."""
 WINDOW = 25
 """Grid points of a window: 1.2 units of the motion's time scale from its first to its last."""
+_ANY = 0.5
 _STICKS = 0.5
 """A joint sticks where the direction of its friction is uncertain by more than this share."""
 _LEAST_GRAVITY = 0.1
@@ -63,8 +64,15 @@ class Motion:
     """(2,) standard deviation of the angles' noise [rad]."""
     gain: float
     """Variance that it gives to the acceleration over a window, over its own [1/s^4]."""
+    bridged: Mask
+    """(m,) whether a point lies in a gap between samples that its neighbourhood cannot tell the motion in."""
     torques: Array | None = None
     """(m, 2) torques of motors in the joints [N m]; None where there are none, or they are no known input."""
+
+    @property
+    def is_whole(self) -> Mask:
+        """(windows,) Whether a window has no gap in it."""
+        return np.asarray(over_windows(self.bridged, np.ones(WINDOW)) < _ANY)
 
     @property
     def directions(self) -> Array:
@@ -88,9 +96,9 @@ def motion_on_grid(
     values, slopes = local_motion(time, np.column_stack([angles, cart]), at, scales.half_width)
     known = None if torques is None else np.column_stack([np.interp(at, time, of) for of in torques.T])
     noise = np.median(off_smooth(time, angles, scales.half_width), axis=0) / MEDIAN_OF_SIZE
-    return Motion(
-        at, values[:, :2], slopes[:, :2], values[:, 2], slopes[:, 2], scales, noise, _gain(time, scales), known
-    )
+    gaps = np.diff(time)[np.clip(np.searchsorted(time, at, side="right") - 1, 0, len(time) - 2)]
+    gain, bridged = _gain(time, scales), gaps > scales.half_width
+    return Motion(at, values[:, :2], slopes[:, :2], values[:, 2], slopes[:, 2], scales, noise, gain, bridged, known)
 
 
 def _gain(time: Array, scales: Scales) -> float:

@@ -34,9 +34,11 @@ from cdp_ident.trial.meaning import (
     other_meanings,
     outer_meanings,
 )
+from cdp_ident.trial.mechanisms import HOLDS, Pendulum, pendulum, unexplained_beside
 from cdp_ident.trial.options import TrialOptions, Unit, Zero
 from cdp_ident.trial.recorded_motion import Recorded, recorded_motion
 
+_NONE = "this is no double pendulum"
 _LOOKED_AT = 0.005
 """Unexplained share from which it is looked whether readings are two or four times the angles."""
 _OPPOSITE: Mapping[Zero, Zero] = {"upright": "hanging", "hanging": "upright"}
@@ -76,18 +78,20 @@ def check_conventions(recorded: Recorded, options: TrialOptions) -> tuple[Balanc
         TrialError: a joint does not turn, or the data contradict the options and `options.conventions` is "refuse".
     """
     if looks := _still_joint(recorded, options):
-        raise OtherMotionError(f"this is no double pendulum: {looks}")
-    if far := _too_far(recorded, options):
-        raise TrialError(far)
-    given = balance_of(recorded, options)
-    if given is None:
-        return None, ["there is too little motion to check the joints' conventions or to tell a hand from free motion"]
+        raise OtherMotionError(f"{_NONE}: {looks}")
     fits = outer_meanings(recorded, options)
+    given = balance_of(recorded, options)
+    other = _one_pendulum(recorded, fits, given)
+    if not other and (far := _too_far(recorded, options)):
+        raise TrialError(far)
+    if given is None:
+        if other and options.conventions == "refuse":
+            raise OtherMotionError(f"{_NONE}: it looks like {other.words}; {options.insist}")
+        return None, ["there is too little motion to check the joints' conventions or to tell a hand from free motion"]
     best = best_of(fit for fit in fits if fit.meaning != options) or given
-    contradiction = _contradiction(recorded, given, best)
-    is_known = contradiction or given.lumped.may_be_rods
-    looks = "" if is_known else _uncoupled(recorded, fits) or _weightless(recorded, given)
-    contradiction = f"this is no double pendulum: {looks}" if looks else contradiction or _impossible(given)
+    contradiction = _contradiction(recorded, given, best, other)
+    looks = "" if contradiction else _other_mechanism(recorded, fits, given, other)
+    contradiction = f"{_NONE}: {looks}" if looks else contradiction or _impossible(given)
     if contradiction and options.conventions == "refuse":
         is_other = looks or given.lumped.unexplained > EVIDENT
         raise (OtherMotionError if is_other else TrialError)(f"{contradiction}; {options.insist}")
@@ -127,27 +131,41 @@ def _too_far(recorded: Recorded, options: TrialOptions) -> str:
     )
 
 
-def _uncoupled(recorded: Recorded, balances: Sequence[Balance]) -> str:
-    """Return what two columns look like that are not coupled as rods are, whatever they mean; empty where they may be.
+def _one_pendulum(recorded: Recorded, balances: Sequence[Balance], given: Balance | None) -> Pendulum | None:
+    """Return the one pendulum that the motion looks like; None where two rods explain it as well, or nothing does.
 
-    `balances` are those under the meanings that the outer angle can have.
+    `balances` are those under the meanings that the outer angle can have. The outer rod's alone counts, too: it is a
+    pendulum on a pivot that moves.
+    """
+    if given and given.lumped.may_be_rods and given.lumped.unexplained <= GOOD:
+        return None
+    found = pendulum(recorded)
+    rods = [balance for balance in balances if balance.lumped.may_be_rods]
+    left = [min(of.lumped.unexplained, unexplained_beside(of.trusted, "inner")) for of in rods]
+    return found if found and found.unexplained < MUCH_BETTER * min(left, default=np.inf) else None
+
+
+def _other_mechanism(recorded: Recorded, balances: Sequence[Balance], given: Balance, other: Pendulum | None) -> str:
+    """Return what two columns look like that are no two rods', whatever they mean; empty where they may be.
+
+    `balances` are those under the meanings that the outer angle can have, and `other` is one pendulum that moves so.
     """
     fits = [balance.lumped for balance in balances]
     couplings = [(fit.values[0], np.sqrt(fit.covariance[0, 0])) for fit in fits]
     apart = [f"coupling {A:+.3f} ± {std:.1g}" for A, std in couplings if abs(A) + _SIGMAS * std < COUPLED]
     inner, outer = np.concatenate([motion.angles - motion.angles.mean(axis=0) for motion in recorded.motions]).T
     is_twice = np.std(outer - inner) < _TWICE * np.std(inner)
-    if not (apart or is_twice) or any(fit.may_be_rods for fit in fits):
-        return ""
+    if any(fit.may_be_rods for fit in fits):
+        apart, is_twice = [], False
+    if not (apart or is_twice or other):
+        return "" if given.lumped.may_be_rods else _weightless(recorded, given)
     correlation = float(np.corrcoef(np.concatenate([motion.rates for motion in recorded.motions]).T)[0, 1])
-    looks = (
-        f"the outer column follows the inner one (correlation {correlation:.2f}): one angle twice, measured and "
-        "simulated or filtered"
-        if is_twice or abs(correlation) > _FOLLOWS
-        else "one pendulum beside something else, such as a cart's position, or a measured and a simulated angle, or "
-        "joints that motors drive"
-    )
-    return f"the two columns have nothing to do with each other as rods do ({apart[0]}): {looks}" if apart else looks
+    words = other.words if other else "one column beside something else, or joints that motors drive"
+    if (is_twice or abs(correlation) > _FOLLOWS) and not (other and other.is_moved):
+        twice = "one angle twice, measured and simulated or filtered"
+        words = f"{twice}: the outer column follows the inner one (correlation {correlation:.2f})"
+    evidence = f"the two columns have nothing to do with each other as rods do ({apart[0]})" if apart else ""
+    return f"{evidence}: {words}" if evidence else f"it looks like {words}"
 
 
 def _weightless(recorded: Recorded, given: Balance) -> str:
@@ -158,13 +176,14 @@ def _weightless(recorded: Recorded, given: Balance) -> str:
     return "gravity acts on neither rod: a column that is no angle, such as a cart's position, or of an upright axis"
 
 
-def _contradiction(recorded: Recorded, given: Balance, best: Balance) -> str:
+def _contradiction(recorded: Recorded, given: Balance, best: Balance, mechanism: Pendulum | None) -> str:
     """Say which other meaning of the angles explains the motion; nothing where none does so far better.
 
-    `best` is that of the other meanings of the outer angle.
+    `best` is that of the other meanings of the outer angle, and `mechanism` what else moves so.
     """
     options, unexplained = given.meaning, given.lumped.unexplained
-    least = min(unexplained, best.lumped.unexplained)
+    left_so = mechanism.unexplained if mechanism else np.inf
+    least = min(unexplained, best.lumped.unexplained, left_so)
     # Errors of motors' torques may look like other zeros or factors.
     if least > _LOOKED_AT and options.input != "joints":
         others = other_meanings(recorded, options, least)
@@ -174,7 +193,7 @@ def _contradiction(recorded: Recorded, given: Balance, best: Balance) -> str:
             return _instead(_other_words(options, other.meaning), options, other, given)
     most = unexplained * (MUCH_BETTER if given.lumped.turned is not None else 1.0)
     is_other = best is not given and best.lumped.has_certain_signs
-    if not is_other or unexplained <= GOOD or best.lumped.unexplained >= min(most, EVIDENT):
+    if not is_other or unexplained <= GOOD or best.lumped.unexplained >= min(most, EVIDENT, left_so):
         return ""
     said = [options.setting(name, getattr(options, name)) for name in ("outer_angle", "outer_sign")]
     return _instead(f"the data contradict {' with '.join(said)}", options, best, given)
@@ -189,8 +208,8 @@ def _impossible(given: Balance) -> str:
         return (
             f"the motion is not that of a free double pendulum: {lumped.unexplained:.1%} of the inner rod's "
             "acceleration is explained neither by gravity, coupling and friction nor by another meaning of the "
-            "angles: check columns, units and times; if a hand or motors move the rods for long, take the part without "
-            f"them by {given.meaning.called('start')} and {given.meaning.called('stop')}"
+            f"angles: {_driven(given) or 'check columns, units and times'}; if a hand or motors move the rods for "
+            f"long, take the part without them by {given.meaning.called('start')} and {given.meaning.called('stop')}"
         )
     A, _, _, _, G1, G2, *_ = lumped.values
     # No half turns of zeros give such signs; inertias alone may be as wrong as a small swing tells little of them.
@@ -209,14 +228,25 @@ def _impossible(given: Balance) -> str:
     return f"no double pendulum moves like this ({evidence}): check the joints' names, signs and units"
 
 
+def _driven(given: Balance) -> str:
+    """Say in which joint what is unexplained acts; empty where it may be either, or anything else."""
+    left = {joint: unexplained_beside(given.trusted, joint) for joint in JOINTS}
+    joint = min(JOINTS, key=lambda joint: left[joint])
+    most = min(HOLDS, *(MUCH_BETTER * of for of in (given.lumped.unexplained, max(left.values()))))
+    if left[joint] >= most:
+        return ""
+    return f"it acts in the {joint} joint (a motor, a hand, a spring?), beside which {left[joint]:.1%} is left"
+
+
 def _doubts(given: Balance, best: Balance) -> list[str]:
     """Return warnings of a meaning that the motion does not contradict."""
     options, lumped, other = given.meaning, given.lumped, best.lumped
     warnings = []
     if lumped.unexplained > GOOD:
+        what_else = "a zero, a unit, a time or a marker that is off, or an effect beyond these"
         warnings.append(
             f"{lumped.unexplained:.1%} of the inner rod's acceleration is explained neither by gravity, coupling and "
-            "friction nor by noise: a zero, a unit, a time or a marker that is off, or an effect beyond these"
+            f"friction nor by noise: {_driven(given) or what_else}"
         )
     outer_angle = options.setting("outer_angle", options.outer_angle)
     as_good = other.unexplained < max(lumped.unexplained / MUCH_BETTER, GOOD / 2)
@@ -336,7 +366,9 @@ def smaller_units_found(samples: Samples, options: TrialOptions) -> str:
     if not (options.all_settable and np.any(_wide(samples, options))):
         return ""
     found, before = found_units(samples, options)
-    if found is None or found is before:
+    recorded = _recorded(samples, options)
+    other = pendulum(recorded) if recorded else None
+    if found is None or found is before or (other and found.lumped.unexplained >= MUCH_BETTER * other.unexplained):
         return ""
     units = {joint: unit for joint in JOINTS if (unit := getattr(found.meaning, f"{joint}_unit")) in _SMALLER}
     whose = "both joints are" if len(units) > 1 else f"the {''.join(units)} joint is"

@@ -210,7 +210,7 @@ def find_parts(
         causes[at_rest(motion, options.rest_amplitude)] = REST
         if balance and len(motion.time) >= WINDOW:
             noise = _NOISE * balance.lumped.spread
-            acting = torques(balance.windows[i], balance.lumped.values)
+            acting = np.where(motion.is_whole, torques(balance.windows[i], balance.lumped.values), 0.0)
             hand, impulses = _lasting(acting > max(options.hand_torque, noise))
             # A hand that lets go gently, or catches so, pushes less at first: its traces next to it are its own.
             traces = acting > max(_TRACE * options.hand_torque, noise)

@@ -88,11 +88,11 @@ def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Sam
     known[both[of_another]] = False
     notes.append(note)
     ranges = np.zeros(2)
-    new, repeated = new_readings(readings, known)
+    turns = TURN * np.array([options.inner_scale, options.outer_scale]) / in_radians(np.ones(2), options)
+    new, repeated = new_readings(readings, known, turns)
     for place, (joint, column, has) in enumerate(zip(wanted, readings.T, known.T, strict=True)):
         column[has], ranges[place], wrapped = continuous(column[has])
         notes += [f"readings of {joint} {what}" for what in (repeated[place], wrapped) if what]
-    turns = TURN * np.array([options.inner_scale, options.outer_scale]) / in_radians(np.ones(2), options)
     rows, angles, note = _at_common_times(time, readings, new, turns)
     if lacking and not note:
         note = f"{lacking} of {len(known)} samples have no usable number for both rods and are dropped"

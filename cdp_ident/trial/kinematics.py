@@ -17,6 +17,8 @@ swing at 10 rad/s a tenth of that.
 _CUBIC_AT_CENTRE = 2.25
 """A cubic fitted to N samples follows the noise of the one in the middle by this over N."""
 _FEWEST = 6
+_RIDGE = 1e-12
+"""Added to the normal equations over times from -1 to 1, which are singular where all but a few samples coincide."""
 _FAST = 0.9
 """Roughness is looked at where motion is fast, at this quantile: at rest, all times are as good."""
 _FEWEST_OF_FAST = 30
@@ -68,7 +70,7 @@ def _fit_cubics(time: Array, theta: Array, at: Array, first: Indices, last: Indi
     scale = np.abs(offset).max(axis=1)
     basis = inside[..., None] * polyvander(offset / scale[:, None], 3)
     transposed = basis.transpose(0, 2, 1)
-    solution = np.asarray(np.linalg.solve(transposed @ basis, transposed @ theta[index]))
+    solution = np.asarray(np.linalg.solve(transposed @ basis + _RIDGE * np.eye(4), transposed @ theta[index]))
     return solution[:, 0], np.asarray(solution[:, 1] / scale[:, None])
 
 

@@ -2,14 +2,23 @@
 # SPDX-License-Identifier: Apache-2.0
 """What readings are before they are angles: repeated, wrapped at the limits of a counter, or of two publishers."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from cdp_ident.arrays import Array, Indices, Mask
 from cdp_ident.errors import TrialError
-from cdp_ident.trial.kinematics import encoder_step
+from cdp_ident.model.effects.effect import JOINTS
+from cdp_ident.trial.kinematics import SAME, encoder_step
 
 _FAST = 3.5
 """Steps of the encoder in a change of readings that is motion, in which none is repeated by rounding."""
+_ROUNDED = 2.5
+"""A sum or difference of rounded readings changes by less than so many of their last digits where it does not."""
+_AT_RANDOM = 0.005
+"""Readings repeat at random where more than this share of them does so more often than evenly read ones would."""
+_FROZEN = 10.0
+"""One reading is repeated less than so many times as often as others in motion; longer, a joint is at rest."""
 _FEWEST = 20
 _REPEATED, _STEPS = 1.05, 100.0
 """Mean numbers of equal readings in fast motion between which they are repetitions; beyond, they are no angle's."""
@@ -40,31 +49,60 @@ _OFTEN = 0.15
 _NEXT = 4
 
 
-def new_readings(readings: Array, known: Mask) -> tuple[Mask, list[str]]:
+def new_readings(readings: Array, known: Mask, turns: Array) -> tuple[Mask, list[str]]:
     """Return which of the `known` readings of joints (n, k) are measured anew (n, k), and of each in words why not all.
 
     An encoder that is read less often than it is published, or a film's repeated frame, gives the same reading again
     in the midst of fast motion; who makes one rate of several puts straight lines between. At rest, where readings are
-    the same anyway, as many are kept as in motion. Joints that are read together are new together.
+    the same anyway, as many are kept as in motion. Joints that are read together are new together. Readings change by
+    `turns` (k,) in a full turn.
     """
     columns = [column[has] for column, has in zip(readings.T, known.T, strict=True)]
+    together, said = bool(np.all(known == known[:, :1])), [""] * len(columns)
     changed = [np.flatnonzero(np.diff(column)) + 1 for column in columns]
     often = [_repeats(column, changes) for column, changes in zip(columns, changed, strict=True)]
-    if np.all(known == known[:, :1]) and max(often) < _ALIKE * min(often):
+    if together and max(often) == 1.0 and (found := _of_two_encoders(columns, turns)):
+        columns[-1], said[-1] = found
+        changed[-1] = np.flatnonzero(np.diff(columns[-1])) + 1
+        often[-1] = _repeats(columns[-1], changed[-1])
+    at_once = together and max(often) < _ALIKE * min(often)
+    if at_once:
         changed = [np.unique(np.concatenate(changed))] * len(changed)
+    fast = [_in_motion(column, changes) for column, changes in zip(columns, changed, strict=True)]
+    if at_once:
+        fast = [np.any(fast, axis=0)] * len(fast)
     new, notes = known.copy(), []
-    for has, column, changes, times in zip(new.T, columns, changed, often, strict=True):
+    for has, column, changes, moves, times, whose in zip(new.T, columns, changed, fast, often, said, strict=True):
         if times > 1.0:
-            kept = _spread(len(column), changes, times)
+            kept = _spread(len(column), changes, moves, times)
             has[has] = kept
             left_out = np.count_nonzero(~kept)
-            notes.append(f"repeat {times:.2g} times in motion: {left_out} repetitions are left out")
+            notes.append(f"{whose}repeat {times:.2g} times in motion: {left_out} repetitions are left out")
         else:
             every, first = _made_up(column)
             has[has] = np.arange(len(column)) % every == first
-            said = f"lie on straight lines between one in {every}: the others are no measurements, and left out"
-            notes.append(said if every > 1 else "")
+            lines = f"lie on straight lines between one in {every}: the others are no measurements, and left out"
+            notes.append(lines if every > 1 else "")
     return new, notes
+
+
+def _of_two_encoders(columns: Sequence[Array], turns: Array) -> tuple[Array, str] | None:
+    """Return what of two joints' readings (n,) repeats, their sum or difference, and its name; None where neither does.
+
+    An absolute angle may be computed of one encoder that is fresh and a relative one that is held, or the other way.
+    """
+    if len(columns) < len(JOINTS):
+        return None
+    inner, outer = (np.asarray(np.unwrap(column, period=turn)) for column, turn in zip(columns, turns, strict=True))
+    # What is computed has rounding of its own, below a step of the encoder, or in the last digit that is written.
+    digit = float(np.min(np.diff(np.unique(columns[0])), initial=np.inf))
+    rounding = max(SAME, 0.5 * encoder_step(inner) or _ROUNDED * digit)
+    for of_inner, name in ((-inner, "less the inner joint's "), (inner, "plus the inner joint's ")):
+        steps = np.diff(outer + of_inner, prepend=0.0)
+        combined = np.cumsum(np.where(np.abs(steps) > rounding, steps, 0.0))
+        if _repeats(combined, np.flatnonzero(np.diff(combined)) + 1, rounding) > 1.0:
+            return combined, name
+    return None
 
 
 def _made_up(readings: Array) -> tuple[int, int]:
@@ -87,20 +125,33 @@ def _made_up(readings: Array) -> tuple[int, int]:
     return 1, 0
 
 
-def _repeats(readings: Array, changes: Indices) -> float:
-    """Return how often readings (n,) repeat in fast motion on average; 1 where they do not."""
-    fast = np.abs(np.diff(readings)[changes - 1]) > _FAST * encoder_step(readings)
+def _repeats(readings: Array, changes: Indices, rounding: float = 0.0) -> float:
+    """Return how often readings (n,), rounded to so much, repeat in fast motion on average; 1 where they do not."""
+    fast = _in_motion(readings, changes, rounding)
     in_motion = np.diff(changes)[fast[:-1] & fast[1:]]
     if len(in_motion) < _FEWEST or not _REPEATED <= (mean := float(np.mean(in_motion))) < _STEPS:
         return 1.0
     return mean
 
 
-def _spread(count: int, changes: Indices, times: float) -> Mask:
-    """Return which of `count` readings that change at some of them are kept (count,), evenly about one of so many."""
+def _in_motion(readings: Array, changes: Indices, rounding: float = 0.0) -> Mask:
+    """Return which changes of readings (n,) are those of fast motion."""
+    return np.asarray(np.abs(np.diff(readings)[changes - 1]) > _FAST * max(encoder_step(readings), rounding))
+
+
+def _spread(count: int, changes: Indices, fast: Mask, times: float) -> Mask:
+    """Return which of some readings that change at some of them are kept (count,): evenly one of so many.
+
+    Where they repeat at random, it is the first of those that are the same between two `fast` changes.
+    """
     starts = np.concatenate([[0], changes])
     lengths = np.diff(starts, append=count)
     new = np.maximum(1, np.round((lengths - 0.5) / times)).astype(np.int64)
+    in_motion = np.append(False, fast) & np.append(fast, False) & (lengths < _FROZEN * times)
+    # Twice as many are two readings that happen to be the same.
+    odd = (lengths > np.ceil(times)) & (lengths != np.round(2.0 * times))
+    if np.mean(odd[in_motion]) > _AT_RANDOM:
+        new[in_motion] = 1
     number = np.arange(new.sum()) - np.repeat(np.cumsum(new) - new, new)
     kept = np.zeros(count, dtype=bool)
     kept[np.repeat(starts, new) + number * np.repeat(lengths, new) // np.repeat(new, new)] = True

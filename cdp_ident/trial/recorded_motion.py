@@ -162,8 +162,9 @@ def cart_driven(motion: Motion, limit: float) -> Mask:
 def moving_windows(motion: Motion, options: TrialOptions) -> Mask:
     """Return which windows of the balance show the motion well.
 
-    The rods are fast, for this motion, the cart is not driven, and no joint sticks: while one does, meanings of the
-    angles that contradict each other can all be right. Where that leaves next to nothing, a joint may stick.
+    The rods are fast, for this motion, the cart is not driven, no samples are missing, and no joint sticks: while one
+    does, meanings of the angles that contradict each other can all be right. Where that leaves next to nothing, a joint
+    may stick, or samples be missing.
     """
     idle = at_rest(motion, options.rest_amplitude) | cart_driven(motion, options.cart_limit)
     speed = np.linalg.norm(motion.rates, axis=1)
@@ -176,8 +177,11 @@ def moving_windows(motion: Motion, options: TrialOptions) -> Mask:
     # Whichever way the outer angle is meant, one of these is the speed of its joint.
     rates = (inner, outer, outer - inner, outer + inner)
     slowest = np.min([over_windows(rate**2, np.ones(WINDOW) / WINDOW) for rate in rates], axis=0)
-    lively = moving & (slowest > (_TURNING * typical) ** 2)
-    return lively if np.count_nonzero(lively) >= _FEWEST else moving
+    lively = slowest > (_TURNING * typical) ** 2
+    for well in (moving & motion.is_whole & lively, moving & motion.is_whole):
+        if np.count_nonzero(well) >= _FEWEST:
+            return np.asarray(well)
+    return moving
 
 
 def covered(flags: Mask, width: int) -> Mask:

@@ -28,6 +28,8 @@ _SMOOTHER = 0.5
 """Times of receipt are taken where the motion is rougher by stamps than this allows."""
 _NEAR = 4
 """Samples before and after one that smooth motion is told by."""
+_GAP = 5.0
+"""Steps of so many times the usual one are gaps."""
 _RATE = 0.02
 """Share by which durations by stamps and by receipt may differ, and beside it the rounding of stamps to seconds."""
 _OTHER_PACE = 0.05
@@ -61,13 +63,20 @@ def in_measured_time(recording: JointRecording, options: TrialOptions) -> JointR
     fault = "are missing" if 2 * lacking > len(stamps) else _fault(recording[stamped], options)
     if options.time == "receipt" or (options.time == "auto" and fault):
         why = f"the stamps {fault}: " if fault else ""
-        notes = (*recording.notes, f"{why}the time of receipt is used, with its jitter")
+        notes = (*recording.notes, f"{why}the time of receipt is used, with its jitter{_jitter(receipts)}")
         return replace(recording, stamps=receipts, device=None, notes=notes)
     said = [
         f"{lacking} messages without a stamp are dropped" if lacking else "",
         _pace(stamps[stamped], receipts[stamped]),
     ]
     return replace(recording[stamped] if lacking else recording, notes=(*recording.notes, *filter(None, said)))
+
+
+def _jitter(times: Indices) -> str:
+    """Return by how much times (n,) [ns] vary about even ones, by the steps between them; empty if that is unknown."""
+    steps = 1e-9 * np.diff(times)
+    steps = steps[(steps > 0.0) & (steps < _GAP * np.median(steps))] if len(steps) else steps
+    return f" of {1e3 * np.std(steps) / np.sqrt(2.0):.2g} ms" if len(steps) >= _FEWEST else ""
 
 
 def _fault(recording: JointRecording, options: TrialOptions) -> str:

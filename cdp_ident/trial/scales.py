@@ -22,6 +22,8 @@ _NOISE_BAND = 0.75
 """From this share of the highest frequency on, a spectrum shows the noise alone."""
 _ABOVE_NOISE = 20.0
 """A frequency shows motion where its power is so many times that of the noise."""
+_BRIDGED = 30.0
+"""Usual steps that a longer one counts for at most."""
 _FEWEST_STEPS = 12
 """Sampling steps in the shortest time that is resolved."""
 _FEWEST_UNITS = 8
@@ -39,7 +41,8 @@ def time_scale(time: Array, angles: Array) -> float:
     It follows from the median frequency of the speed's power: the one below which half of it lies. Fast swings count
     more than a slow hand, and rest does not count at all. Noise, whose power is taken from the highest frequencies,
     is left out; sine and cosine stand for the angles (n, k) [rad], so that a rod that turns over and wrapped ones do no
-    harm. Samples are taken to be evenly spaced over `time` (n,) [s]: one that is lost here and there does little.
+    harm. Between samples at `time` (n,) [s] that are further apart than usual they go on evenly, and over long gaps
+    for no longer than `_BRIDGED` steps.
 
     The spectrum is the mean over segments that overlap by half, each less its mean and under Hann's window (Welch, IEEE
     Trans. Audio Electroacoust. 15, 1967): to load `scipy.signal` for it takes longer than all else of scipy.
@@ -47,9 +50,12 @@ def time_scale(time: Array, angles: Array) -> float:
     spacing = sampling_step(time)
     if len(time) < _FEWEST or spacing <= 0:
         return _NO_MOTION
-    segment = min(len(time), _SEGMENT)
+    steps = np.diff(time, prepend=time[0])
+    closed = np.cumsum(np.clip(steps, 0.0, _BRIDGED * spacing))
+    even = np.arange(0.0, closed[-1], spacing)
+    signals = np.column_stack([np.interp(even, closed, of) for of in (*np.sin(angles).T, *np.cos(angles).T)])
+    segment = min(len(even), _SEGMENT)
     hann = 0.5 - 0.5 * np.cos(2.0 * np.pi / segment * np.arange(segment))
-    signals = np.concatenate([np.sin(angles), np.cos(angles)], axis=1)
     parts = np.lib.stride_tricks.sliding_window_view(signals, segment, axis=0)[:: segment - segment // 2]
     amplitudes = np.fft.rfft((parts - parts.mean(axis=-1, keepdims=True)) * hann)
     power = np.mean(np.abs(amplitudes) ** 2, axis=0).sum(axis=0)

@@ -41,7 +41,8 @@ def states():
 def motion_of(states):
     """A motion of states (n, 4) [rad, rad/s] on the grid."""
     none = np.zeros(len(states))
-    return Motion(GRID, states[:, :2], states[:, 2:], none, none, Scales(PER_UNIT * SPACING), np.zeros(2), 0.0)
+    scales, whole = Scales(PER_UNIT * SPACING), np.zeros(len(GRID), dtype=bool)
+    return Motion(GRID, states[:, :2], states[:, 2:], none, none, scales, np.zeros(2), 0.0, whole)
 
 
 def speeds_of_joints(states):

@@ -190,6 +190,15 @@ def test_readings_that_are_right_at_zero_are_told_from_those_that_are_right_wher
     assert mended.trial.theta == pytest.approx(find_trial(samples, TrialOptions()).trial.theta, abs=1e-9)
 
 
+@pytest.mark.parametrize("counts", [1e-4, 2 * np.pi / 1024])
+def test_gaps_are_no_fault_of_the_angles_and_no_torque_acts_in_them(samples, counts):
+    coarse = replace(samples, angles=np.round(samples.angles / counts) * counts)
+    found = find_trial(coarse[np.arange(len(samples.angles)) % 150 >= 10], TrialOptions())
+    assert found.warnings == ()
+    assert not any("for an instant" in note for note in found.trial.notes)
+    assert found.trial.duration == pytest.approx(find_trial(samples, TrialOptions()).trial.duration, abs=0.3)
+
+
 @pytest.mark.parametrize("joints", [(1.0, 1.0), (1.0, 0.0), (0.0, 1.0)])
 def test_turns_are_told(samples, joints):
     wrong = Samples(samples.stamps, samples.angles / (2 * np.pi) ** np.array(joints), None)

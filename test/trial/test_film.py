@@ -72,6 +72,13 @@ def test_a_lens_that_distorts_is_put_right_wherever_the_picture_s_centre_is(dist
     assert any("a lens distorts the picture" in note for note in film.notes)
 
 
+@pytest.mark.parametrize("noise", [0.1, 0.3, 1.0])
+def test_the_markers_noise_is_no_lens_however_little_the_elbow_bends(noise):
+    bends = LONG[:, 0] + 0.5 * np.sin(7 * LONG_TIME)
+    film = rods_on_film(markers(np.column_stack([LONG[:, 0], bends]), noise=noise), y_down=True)
+    assert film.notes == ()
+
+
 def test_positions_in_metres_have_y_upwards():
     assert error(rods_on_film(markers() * (1e-3, -1e-3), y_down=False)) < 0.01
 

@@ -12,13 +12,15 @@ COUNT = 2 * np.pi / 8000
 TIME = np.arange(2600) * 0.005
 SWING = np.round((np.pi + 1.2 * np.exp(-TIME / 6) * np.sin(6 * TIME)) / COUNT) * COUNT
 MOTION = np.column_stack([np.sin(5 * TIME), np.cos(7 * TIME)])
+KNOWN = np.ones(MOTION.shape, dtype=bool)
+TURNS = np.full(2, 2 * np.pi)
 FLICKER = np.random.default_rng(1).normal(0.0, 1e-3, (650, 2))
 
 
 @pytest.mark.parametrize("times", [2, 4, 7])
 def test_a_reading_that_is_repeated_in_motion_is_new_once(times):
     new, (note,) = new_readings(
-        np.repeat(SWING[::times], times)[:, None], np.ones((len(SWING[::times]) * times, 1), bool)
+        np.repeat(SWING[::times], times)[:, None], np.ones((len(SWING[::times]) * times, 1), bool), TURNS[:1]
     )
     assert np.array_equal(np.flatnonzero(new), np.arange(0, len(new), times))
     assert "repetitions are left out" in note
@@ -28,15 +30,46 @@ def test_a_reading_that_is_repeated_in_motion_is_new_once(times):
 def test_readings_at_odd_rates_are_as_many_as_were_measured_in_motion_and_at_rest(rate):
     at = np.floor(TIME * rate) / rate
     slow = np.column_stack([np.interp(at, TIME, SWING), np.round(np.exp(-at) * np.sin(9 * at) / COUNT) * COUNT])
-    new, notes = new_readings(slow, np.ones(slow.shape, bool))
+    new, notes = new_readings(slow, np.ones(slow.shape, bool), TURNS)
     assert np.array_equal(new[:, 0], new[:, 1])
     assert np.count_nonzero(new[:, 0]) == pytest.approx(rate * TIME[-1], rel=0.05)
     assert all("repetitions are left out" in note for note in notes)
 
 
+@pytest.mark.parametrize("share", [0.1, 0.3, 0.5])
+@pytest.mark.parametrize("noise", [0.0, 1e-3])
+def test_readings_that_repeat_at_random_are_new_once_in_motion(share, noise):
+    chance = np.random.default_rng(5)
+    fresh = np.insert(chance.random(len(TIME) - 1) > share, 0, True)
+    measured = np.round((MOTION + noise * chance.normal(size=MOTION.shape)) / COUNT) * COUNT
+    new, notes = new_readings(measured[np.maximum.accumulate(np.arange(len(TIME)) * fresh)], KNOWN, TURNS)
+    assert np.count_nonzero(np.any(new, axis=1) & ~fresh) <= 2
+    assert np.count_nonzero(fresh & ~np.all(new, axis=1)) < 0.02 * len(TIME)
+    assert all("times in motion" in note for note in notes)
+
+
+@pytest.mark.parametrize(
+    "written", [lambda of: of, np.float32, lambda of: np.round(of, 4), lambda of: of % (2 * np.pi)]
+)
+@pytest.mark.parametrize(("of_inner", "whose"), [(1.0, "less"), (-1.0, "plus")])
+@pytest.mark.parametrize("times", [2, 4])
+def test_what_is_computed_of_a_fresh_and_a_held_encoder_is_new_when_the_held_one_is(times, of_inner, whose, written):
+    inner, outer = np.round(2.0 * MOTION.T / COUNT) * COUNT
+    held = outer[np.arange(len(outer)) // times * times]
+    readings = np.asarray(written(np.column_stack([inner, held + of_inner * inner])), dtype=float)
+    new, notes = new_readings(readings, KNOWN, TURNS)
+    assert notes[0] == ""
+    assert notes[1].startswith(f"{whose} the inner joint's repeat")
+    assert np.all(new[:, 0])
+    assert np.count_nonzero(new[np.arange(len(outer)) % times > 0, 1]) < 0.02 * len(outer)
+    assert np.count_nonzero(new[::times, 1]) > 0.9 * len(outer) / times
+    fresh = np.asarray(written(np.column_stack([inner, outer + of_inner * inner])), dtype=float)
+    assert np.all(new_readings(fresh, KNOWN, TURNS)[0])
+
+
 @pytest.mark.parametrize("count", [COUNT, 20 * COUNT, 1e-9])
 def test_rounding_repeats_readings_in_slow_motion_and_all_are_new(count):
-    new, notes = new_readings(np.round(SWING / count)[:, None] * count, np.ones((len(SWING), 1), bool))
+    new, notes = new_readings(np.round(SWING / count)[:, None] * count, np.ones((len(SWING), 1), bool), TURNS[:1])
     assert np.all(new)
     assert notes == [""]
 
@@ -84,11 +117,11 @@ def test_degrees_that_wrap_are_continuous_and_full_turns_and_spikes_stay():
 def test_what_lies_on_lines_between_measurements_is_none(every):
     number = np.arange(len(MOTION))
     between = np.column_stack([np.interp(number, number[1::every], angle[1::every]) for angle in MOTION.T])
-    new, notes = new_readings(between, np.ones_like(between, dtype=bool))
+    new, notes = new_readings(between, np.ones_like(between, dtype=bool), TURNS)
     assert np.array_equal(np.flatnonzero(new[:, 0]), number[1::every])
     assert f"between one in {every}: the others are no measurements" in notes[1]
     for whole in (MOTION, np.delete(MOTION, np.s_[1200:1320], axis=0)):
-        assert np.all(new_readings(whole, np.ones_like(whole, dtype=bool))[0])
+        assert np.all(new_readings(whole, np.ones_like(whole, dtype=bool), TURNS)[0])
 
 
 @pytest.mark.parametrize("every", [1, 4])

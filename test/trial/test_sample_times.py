@@ -130,3 +130,12 @@ def test_too_few_samples_keep_their_stamps(count):
 def test_without_the_device_s_time_nothing_changes():
     recording = JointRecording("swing", "/joint_states", ("a",), np.array([EPOCH]), np.zeros((1, 1)), ())
     assert in_device_time(recording) == (recording, None, [])
+
+
+@pytest.mark.parametrize("jitter", [0.2e-3, 1e-3])
+def test_the_jitter_of_the_times_of_receipt_is_said(jitter):
+    late = np.random.default_rng(3).exponential(jitter, len(RECEIPTS))
+    found = in_measured_time(
+        recorded(RECEIPTS, np.sort(RECEIPTS + (late * 1e9).astype(np.int64))), TrialOptions(time="receipt")
+    )
+    assert float(found.notes[-1].split()[-2]) == pytest.approx(1e3 * jitter, rel=0.25)

@@ -71,3 +71,10 @@ def test_what_the_sampling_cannot_resolve_is_no_scale():
 def test_anything_has_a_scale(count):
     assert 0 < Scales.of(np.arange(count) * 0.01, np.zeros((count, 2))).unit < 2
     assert 0 < Scales.of(np.zeros(count), np.ones((count, 2))).unit < 2
+
+
+@pytest.mark.parametrize("missing", [0.07, 0.12, 2.0])
+def test_gaps_between_samples_make_a_motion_no_faster(missing):
+    time, angles = swing(0.4, 200, 20, 1e-4)
+    kept = time % (0.75 + missing) < 0.75
+    assert time_scale(time[kept], angles[kept]) == pytest.approx(time_scale(time, angles), rel=0.15)

@@ -1,0 +1,148 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What else two columns look like, and where a double pendulum is driven: equations of motion one by one.
+
+Whatever drives its pivot, a pendulum obeys one equation, linear in what is not known. With its angle t, w = t', and the
+speed v of a cart, or of an arm about an upright axis::
+
+    w' + c w + k sign(w) + b [(cos(t) v)' + sin(t) w v] + e sin(2 t) v^2 = G sin(t)
+
+without e on a cart, and without b beside something else; with cosines beside the sines, as the angle's zero is not
+known. Of a double pendulum whose inner joint is driven, the outer rod's equation holds, and where the outer joint is
+driven, the sum of both rods'. All are taken in weak form, as in `balance`.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import reduce
+
+import numpy as np
+from scipy.special import erf
+
+from cdp_ident.arrays import Array
+from cdp_ident.model.effects.effect import JOINTS, Joint
+from cdp_ident.trial.balance import COLUMNS, Motion, Windows, over_windows, window_weights
+from cdp_ident.trial.meaning import MUCH_BETTER
+from cdp_ident.trial.recorded_motion import Recorded
+
+HOLDS = 0.01
+"""Share of its acceleration up to which a single equation holds."""
+_NOTHING = 0.002
+"""So much of the acceleration is left by what a motion's grid neglects."""
+_MOST, _OUTLIER = 0.9, 13.0
+"""It holds in this share of the windows at least: without those of squares so many times the median."""
+_ROUNDS, _SINGULAR = 3, 1e-10
+_FEWEST = 60
+"""Windows, below which an equation may hold by chance."""
+_BENT = 0.05
+"""Across the arc, what goes along a circle varies by this share of its radius at least."""
+_PIVOTS = {
+    "": 3,
+    "beside something else, which has nothing to do with it": 5,
+    "on a cart (or an arm that turns little), whose position is the other column": 7,
+    "on an arm, whose angle about an upright axis is the other column (Furuta's)": 9,
+}
+"""What the other column has to do with a pendulum, and of how many of its `_terms`; without gravity, it is none."""
+_DRIVEN: dict[Joint, tuple[slice, tuple[str, ...]]] = {
+    "inner": (slice(1, 2), ("A33", "A23", "c2", "k2", "G2", "E2")),
+    "outer": (slice(2), ("A22", "A23", "A33", "c1", "k1", "G1", "G2", "E1", "E2")),
+}
+"""The rods whose equations hold together whatever drives a joint, and their terms."""
+
+
+_WITHOUT = 5
+"""Terms of a pendulum with a pivot at rest."""
+
+
+@dataclass(frozen=True)
+class Pendulum:
+    """One of two columns as the angle of a pendulum."""
+
+    words: str
+    """What it looks like."""
+    unexplained: float
+    """Share of its acceleration (rms) that its equation leaves, but for noise."""
+    is_moved: bool
+    """Whether the other column tells how its pivot moves."""
+
+
+def pendulum(recorded: Recorded) -> Pendulum | None:
+    """Return the pendulum that one of two recorded columns looks like; None where neither does."""
+    if circle := _on_circle(np.concatenate([motion.angles for motion in recorded.motions])):
+        return circle
+    found = [one for place in range(2) if (one := _of_column(recorded, place))]
+    return min(found, key=lambda one: one.unexplained, default=None)
+
+
+def unexplained_beside(balance: Windows, joint: Joint) -> float:
+    """Return the share of a rod's acceleration that is unexplained (rms) if something unknown drives a joint.
+
+    It is that of the outer rod, or of the inner one where the outer joint is driven; infinite where none holds.
+    """
+    rods, names = _DRIVEN[joint]
+    columns = [COLUMNS.index(name) for name in names]
+    noise = np.mean(balance.noise[:, rods], axis=0)
+    return _left(
+        np.sum(balance.terms[:, rods][..., columns], axis=1), lambda of: float(np.sum(noise)) * (1.0 + of[0] ** 2)
+    )
+
+
+def _on_circle(points: Array) -> Pendulum | None:
+    """Return that columns (n, 2) are the coordinates of a point that goes along a circle; None where they are not."""
+    centred = points - points.mean(axis=0)
+    (*half, square), *_ = np.linalg.lstsq(
+        np.column_stack([2.0 * centred, np.ones(len(centred))]), np.sum(centred**2, axis=1), rcond=None
+    )
+    radius = float(np.sqrt(max(square + np.dot(half, half), 0.0)))
+    off = float(np.std(np.linalg.norm(centred - half, axis=1)))
+    is_bent = np.linalg.svd(centred, compute_uv=False)[-1] > _BENT * radius * np.sqrt(len(centred))
+    words = f"x and y of a point on a circle of {radius:.3g}, to {off / radius:.1%}: one pendulum in coordinates"
+    return Pendulum(words, off / radius, is_moved=True) if is_bent and off < HOLDS * radius else None
+
+
+def _of_column(recorded: Recorded, place: int) -> Pendulum | None:
+    parts = zip(recorded.motions, recorded.moving, strict=True)
+    rows = np.concatenate([_terms(motion, place)[moving] for motion, moving in parts])
+    of_angle, of_pivot = recorded.motions[0].gain * recorded.motions[0].angle_noise[[place, 1 - place]] ** 2
+    left = {
+        pivot: _left(rows[:, :terms], lambda of: float(of_angle + of_pivot * np.sum(of[4:6] ** 2)))
+        for pivot, terms in _PIVOTS.items()
+    }
+    # A simpler one will do where it leaves next to nothing, or not far more.
+    pivot = reduce(lambda one, other: other if left[other] < MUCH_BETTER * left[one] > _NOTHING else one, _PIVOTS)
+    if not pivot or left[pivot] > HOLDS:
+        return None
+    words = f"one pendulum (the {JOINTS[place]} column) {pivot}: that leaves {left[pivot]:.1%} of its acceleration"
+    return Pendulum(words, left[pivot], is_moved=_PIVOTS[pivot] > _WITHOUT)
+
+
+def _terms(motion: Motion, place: int) -> Array:
+    """Return the terms (k, 9) of a pendulum's equation in windows, with one column as its angle."""
+    value, slope = window_weights(motion.scales.spacing)
+    (t, _), (w, v) = (np.roll(of, -place, axis=1).T for of in (motion.angles, motion.rates))
+    s, c = np.sin(t), np.cos(t)
+    direction = erf(w / (np.sqrt(2.0) * motion.scales.slow))
+    torques = [w, direction, -s, -c, s * w * v, -c * w * v, np.sin(2.0 * t) * v**2, np.cos(2.0 * t) * v**2]
+    terms = np.column_stack([over_windows(of, value) for of in (np.zeros_like(w), *torques)])
+    for k, momentum in ((0, w), (5, c * v), (6, s * v)):
+        terms[:, k] += over_windows(momentum, slope)
+    return terms
+
+
+def _left(rows: Array, noise: Callable[[Array], float]) -> float:
+    """Return the share of the first of some terms (n, k) that the others leave, by least squares without outliers.
+
+    `noise` is the variance of the noise in it, by the others' factors. The share is infinite where there are too many
+    outliers, or too few rows.
+    """
+    kept = np.ones(len(rows), dtype=bool)
+    for _ in range(_ROUNDS if len(rows) >= _FEWEST else 0):
+        scale = np.linalg.norm(rows[kept], axis=0) + np.finfo(float).tiny
+        factors = np.linalg.lstsq(rows[kept, 1:] / scale[1:], -rows[kept, 0], rcond=_SINGULAR)[0] / scale[1:]
+        squares = (rows @ [1.0, *factors]) ** 2
+        kept = squares <= _OUTLIER * np.median(squares)
+    whole = float(np.sum(rows[kept, 0] ** 2))
+    if len(rows) < _FEWEST or np.mean(kept) < _MOST or not whole:
+        return np.inf
+    left = float(np.sum(squares[kept])) - np.count_nonzero(kept) * noise(factors)
+    return float(np.sqrt(max(left, 0.0) / whole))
