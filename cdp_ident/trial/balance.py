@@ -205,7 +205,8 @@ def joined(parts: Sequence[Windows]) -> Windows:
 
 def residual(balance: Windows, values: Array) -> Array:
     """Return what the lumped numbers (14,), relative to A22, leave unexplained in each window (k, 2) [rad/s^2]."""
-    return np.asarray(balance.terms @ [1.0, *values])
+    rows = balance.terms.reshape(-1, len(COLUMNS))
+    return np.asarray(rows @ np.array([1.0, *values])).reshape(-1, 2)
 
 
 def torques(balance: Windows, values: Array) -> Array:

@@ -122,7 +122,7 @@ def fit_lumped(balance: Windows, is_driven: bool = False) -> Lumped:
     motors = _MOTORS if is_driven else ()
     at_least = max(1, min(_FEWEST_STRETCHES, len(balance) // _SHORTEST_STRETCH))
     count = max(at_least, min(_MOST_STRETCHES, len(balance) // _STRETCH))
-    stretches = [_products(balance[part]) for part in np.array_split(np.arange(len(balance)), count)]
+    stretches = [_products(part) for part in np.array_split(balance.terms, count)]
     fits = [_least_squares(stretch, (*_VISCOUS, *motors)) for stretch in stretches]
     values = max(fits, key=lambda fit: np.count_nonzero(torques(balance, fit) < _AGREEMENT))
     keep = (len(balance) + 1) // 2
@@ -132,10 +132,10 @@ def fit_lumped(balance: Windows, is_driven: bool = False) -> Lumped:
         if np.array_equal(best, chosen):
             break
         chosen = best
-        values = _physical(_products(balance[chosen]), keep, motors)
+        values = _physical(_products(balance.terms[chosen]), keep, motors)
     squares = _squares(balance, values)
     fitted = balance[squares <= _OUTLIER * np.median(squares)]
-    products = _products(fitted)
+    products = _products(fitted.terms)
     values = _physical(products, len(fitted), motors)
     left = float(np.sum(_squares(fitted, values)))
     A, B = np.clip(values[:2], -1, 1) ** 2
@@ -151,7 +151,7 @@ def fit_lumped(balance: Windows, is_driven: bool = False) -> Lumped:
 
 def explained(balance: Windows, columns: Sequence[int]) -> tuple[Array, float]:
     """Return the numbers (14,) in some columns that fit windows best, and the share of the squares that they leave."""
-    products = _products(balance)
+    products = _products(balance.terms)
     values = _least_squares(products, columns)
     return values, _left(products, values) / max(products[0, 0], np.finfo(float).tiny)
 
@@ -168,9 +168,9 @@ def gravity_directions(balance: Windows) -> Array:
     return np.arctan2(values[[10, 11]], values[[4, 5]])
 
 
-def _products(balance: Windows) -> Array:
-    """Return the sums of products (15, 15) of the terms of windows: what least squares need to know of them."""
-    rows = balance.terms.reshape(-1, len(COLUMNS))
+def _products(terms: Array) -> Array:
+    """Return the sums of products (15, 15) of windows' terms (k, 2, 15): what least squares need to know of them."""
+    rows = terms.reshape(-1, len(COLUMNS))
     return np.asarray(rows.T @ rows)
 
 
@@ -181,7 +181,8 @@ def _left(products: Array, values: Array) -> float:
 
 
 def _squares(balance: Windows, values: Array) -> Array:
-    return np.asarray(np.sum(residual(balance, values) ** 2, axis=1))
+    left = residual(balance, values)
+    return np.asarray(np.einsum("kr,kr->k", left, left))
 
 
 def _covariance(products: Array, variance: float, motors: tuple[int, ...]) -> Array:
