@@ -1,8 +1,8 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""What the package says about itself, to ROS's tools and to those who cite it; and ROS's own linters pass.
+"""What the package says about itself, to ROS's tools and to those who cite it.
 
-They come with ROS, those but `ament_copyright` with requirements-dev.txt, too.
+ROS's own linters are run by `make check`, all but `ament_copyright`, which comes with ROS alone.
 """
 
 import ast
@@ -59,28 +59,6 @@ CODE = [str(ROOT / name) for name in ("cdp_ident", "launch", "examples", "setup.
 MADE = ["--exclude", str(ROOT / "cdp_ident/model/formulas/laws.py")]
 
 
-def finds_nothing(linter, configuration):
-    """Run a linter in a process of its own: what it forks hangs where other tests have left threads."""
-    pytest.importorskip(linter, reason=f"{linter} is not installed")
-    run = f"import sys; from {linter}.main import main; sys.exit(main(sys.argv[1:]))"
-    linted = subprocess.run(
-        [sys.executable, "-c", run, *configuration, *MADE, "--", *CODE], capture_output=True, text=True, check=False
-    )
-    assert linted.returncode == 0, linted.stdout + linted.stderr
-
-
-@pytest.mark.parametrize(
-    ("linter", "configuration"),
-    [
-        ("ament_flake8", ["--config", str(ROOT / "setup.cfg")]),
-        # Methods say by their names what the magic ones do; a formula is no signature, a file's key no section.
-        ("ament_pep257", ["--convention", "google", "--add-ignore", "D105", "D107", "D214", "D402", "D405", "D411"]),
-    ],
-)
-def test_ros_s_linter_finds_nothing(linter, configuration):
-    finds_nothing(linter, configuration)
-
-
 def test_each_file_says_whose_it_is_and_its_licence_as_ros_s_linter_asks():
     header = file_headers[0].format(copyright="Copyright 2026 cdp_ident maintainers")
     lines = "".join(f"# {line}\n" for line in header.splitlines())
@@ -93,7 +71,12 @@ def test_each_file_says_whose_it_is_and_its_licence_as_ros_s_linter_asks():
     not entry_points(group="ament_copyright.license", name="apache2_spdx"), reason="it is not installed"
 )
 def test_ros_s_linter_knows_the_header_by_the_package_s_entry_point():
-    finds_nothing("ament_copyright", [])
+    # In a process of its own: what it forks hangs where other tests have left threads.
+    run = "import sys; from ament_copyright.main import main; sys.exit(main(sys.argv[1:]))"
+    linted = subprocess.run(
+        [sys.executable, "-c", run, *MADE, "--", *CODE], capture_output=True, text=True, check=False
+    )
+    assert linted.returncode == 0, linted.stdout + linted.stderr
 
 
 def test_ros_s_release_tool_reads_the_version_from_the_changes():

@@ -49,8 +49,8 @@ from cdp_ident.files import write_whole
 Compilable = Callable[..., Any]
 
 _PACKAGE = Path(__file__).parents[1]
-_COMPILED = ("machine/*.py", "model/**/*.py", "likelihood/sweeps.py")
-"""Where what is compiled stands."""
+_COMPILED = ("machine/*.py", "model/*.py", "model/formulas/*.py", "model/effects/curves.py", "likelihood/sweeps.py")
+"""Where what is compiled stands; laws, which loops know nothing of, are kept by their text (`Addresses`)."""
 _UNUSED_FOR = 30 * 86400.0
 """A folder that no process has used for so long is removed [s]."""
 

@@ -127,8 +127,7 @@ def over_windows(series: Array | Mask, weights: Array, stride: int = 1) -> Array
     """Return the integral of a series (m,) with some weights over windows (windows,) a stride of grid points apart."""
     if len(series) < len(weights):
         return np.zeros(0)
-    inside = np.lib.stride_tricks.sliding_window_view(np.asarray(series, dtype=float), len(weights))
-    return np.asarray(inside[::stride] @ weights)
+    return np.asarray(np.correlate(np.asarray(series, dtype=float), weights, "valid")[::stride])
 
 
 @dataclass(frozen=True)
@@ -213,7 +212,8 @@ def joined(parts: Sequence[Windows]) -> Windows:
 
 def residual(balance: Windows, values: Array) -> Array:
     """Return what the lumped numbers (14,), relative to A22, leave unexplained in each window (k, 2) [rad/s^2]."""
-    return np.asarray(balance.terms @ [1.0, *values])
+    rows = balance.terms.reshape(-1, len(COLUMNS))
+    return np.asarray(rows @ np.array([1.0, *values])).reshape(-1, 2)
 
 
 def torques(balance: Windows, values: Array) -> Array:

@@ -4,7 +4,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from scipy.linalg.lapack import dposv
@@ -122,7 +122,7 @@ def fit_lumped(balance: Windows, is_driven: bool = False) -> Lumped:
     motors = _MOTORS if is_driven else ()
     at_least = max(1, min(_FEWEST_STRETCHES, len(balance) // _SHORTEST_STRETCH))
     count = max(at_least, min(_MOST_STRETCHES, len(balance) // _STRETCH))
-    stretches = [_products(balance[part]) for part in np.array_split(np.arange(len(balance)), count)]
+    stretches = [_Scaled.of(_products(part)) for part in np.array_split(balance.terms, count)]
     fits = [_least_squares(stretch, (*_VISCOUS, *motors)) for stretch in stretches]
     values = max(fits, key=lambda fit: np.count_nonzero(torques(balance, fit) < _AGREEMENT))
     keep = (len(balance) + 1) // 2
@@ -132,10 +132,10 @@ def fit_lumped(balance: Windows, is_driven: bool = False) -> Lumped:
         if np.array_equal(best, chosen):
             break
         chosen = best
-        values = _physical(_products(balance[chosen]), keep, motors)
+        values = _physical(_products(balance.terms[chosen]), keep, motors)
     squares = _squares(balance, values)
     fitted = balance[squares <= _OUTLIER * np.median(squares)]
-    products = _products(fitted)
+    products = _products(fitted.terms)
     values = _physical(products, len(fitted), motors)
     left = float(np.sum(_squares(fitted, values)))
     A, B = np.clip(values[:2], -1, 1) ** 2
@@ -151,8 +151,8 @@ def fit_lumped(balance: Windows, is_driven: bool = False) -> Lumped:
 
 def explained(balance: Windows, columns: Sequence[int]) -> tuple[Array, float]:
     """Return the numbers (14,) in some columns that fit windows best, and the share of the squares that they leave."""
-    products = _products(balance)
-    values = _least_squares(products, columns)
+    products = _products(balance.terms)
+    values = _least_squares(_Scaled.of(products), columns)
     return values, _left(products, values) / max(products[0, 0], np.finfo(float).tiny)
 
 
@@ -168,9 +168,9 @@ def gravity_directions(balance: Windows) -> Array:
     return np.arctan2(values[[10, 11]], values[[4, 5]])
 
 
-def _products(balance: Windows) -> Array:
-    """Return the sums of products (15, 15) of the terms of windows: what least squares need to know of them."""
-    rows = balance.terms.reshape(-1, len(COLUMNS))
+def _products(terms: Array) -> Array:
+    """Return the sums of products (15, 15) of windows' terms (k, 2, 15): what least squares need to know of them."""
+    rows = terms.reshape(-1, len(COLUMNS))
     return np.asarray(rows.T @ rows)
 
 
@@ -181,12 +181,13 @@ def _left(products: Array, values: Array) -> float:
 
 
 def _squares(balance: Windows, values: Array) -> Array:
-    return np.asarray(np.sum(residual(balance, values) ** 2, axis=1))
+    left = residual(balance, values)
+    return np.asarray(np.einsum("kr,kr->k", left, left))
 
 
 def _covariance(products: Array, variance: float, motors: tuple[int, ...]) -> Array:
     """Return the covariance of the first six numbers (6, 6) with residuals of a `variance` [(rad/s^2)^2]."""
-    correlation, _, scale = _scaled(products, (*FREE_JOINTS, *motors))
+    correlation, _, scale = _Scaled.of(products).of_columns((*FREE_JOINTS, *motors))
     eigenvalues, directions = np.linalg.eigh(correlation)
     # What the motion does not show at all is as uncertain as can be said.
     inverse = directions / np.maximum(eigenvalues, _SINGULAR) @ directions.T
@@ -194,16 +195,26 @@ def _covariance(products: Array, variance: float, motors: tuple[int, ...]) -> Ar
     return np.asarray(covariance[: len(_VISCOUS), : len(_VISCOUS)])
 
 
-def _scaled(products: Array, columns: Sequence[int]) -> tuple[Array, Array, Array]:
-    """Return matrix (k, k) and right side (k,) of the numbers in some columns, times their scales (k,).
+class _Scaled(NamedTuple):
+    """Sums of products of terms that are scaled: a joint that hardly moves does not decide about others by rounding."""
 
-    So a joint that hardly moves does not decide about the others through rounding.
-    """
-    places = 1 + np.asarray(columns)
-    scale = np.sqrt(products.diagonal()[places])
-    scale[scale == 0] = 1.0
-    matrix = products.take(places, 0).take(places, 1)
-    return matrix / (scale[:, None] * scale), -products[0].take(places) / scale, scale
+    products: Array
+    """(15, 15), of which all diagonal elements but the target's are 1, or 0."""
+    scale: Array
+    """(15,) which the terms are over."""
+
+    @classmethod
+    def of(cls, products: Array) -> "_Scaled":
+        scale = np.sqrt(products.diagonal())
+        scale[scale == 0] = 1.0
+        scale[0] = 1.0
+        return cls(products / (scale[:, None] * scale), scale)
+
+    def of_columns(self, columns: Sequence[int]) -> tuple[Array, Array, Array]:
+        """Return matrix (k, k) and right side (k,) of the numbers in some columns, times their scales (k,)."""
+        places = 1 + np.asarray(columns)
+        matrix = self.products.take(places, 0).take(places, 1)
+        return matrix, -self.products[0].take(places), self.scale.take(places)
 
 
 def _physical(products: Array, count: int, motors: tuple[int, ...]) -> Array:
@@ -215,9 +226,9 @@ def _physical(products: Array, count: int, motors: tuple[int, ...]) -> Array:
     independent = max(2.0, 2 * count / _INDEPENDENT)
     for_one = min(_WORTH, independent ** (-1 / independent))
     best: Array = np.zeros(len(COLUMNS) - 1)
-    least = np.inf
+    least, scaled = np.inf, _Scaled.of(products)
     for added in ((), _ROTOR, _OFFSETS, (*_ROTOR, *_OFFSETS)):
-        values = _with_friction(products, (*_VISCOUS, *motors, *added))
+        values = _with_friction(scaled, (*_VISCOUS, *motors, *added))
         score = _left(products, values) / for_one ** len(added)
         # Errors of zeros are fitted as three numbers, though two would do; larger ones are none to first order.
         if score < least and np.all(np.abs(values[10:12]) <= _LARGEST_OFFSET * np.abs(values[4:6])):
@@ -225,22 +236,22 @@ def _physical(products: Array, count: int, motors: tuple[int, ...]) -> Array:
     return best
 
 
-def _with_friction(products: Array, columns: Sequence[int]) -> Array:
+def _with_friction(scaled: _Scaled, columns: Sequence[int]) -> Array:
     """Fit the numbers in some columns, and friction that is positive."""
     friction = list(_FRICTION)
     while True:
-        values = _least_squares(products, [*columns, *friction])
+        values = _least_squares(scaled, [*columns, *friction])
         if all(values[column] >= 0 for column in friction):
             return values
         friction.remove(min(friction, key=lambda column: values[column]))
 
 
-def _least_squares(products: Array, columns: Sequence[int]) -> Array:
+def _least_squares(scaled: _Scaled, columns: Sequence[int]) -> Array:
     """Return the numbers (14,) that fit best, of which all but those in the given columns are zero.
 
     Where the equations are singular, they are the smallest ones.
     """
-    matrix, right, scale = _scaled(products, columns)
+    matrix, right, scale = scaled.of_columns(columns)
     factor, solution, failed = dposv(matrix, right)
     if failed or factor.diagonal().prod() ** 2 <= _REGULAR:
         solution = np.linalg.lstsq(matrix, right, rcond=_SINGULAR)[0]

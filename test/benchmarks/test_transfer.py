@@ -10,19 +10,23 @@ from benchmarks.transfer import BEGIN, END, KINDS, MODELS, OTHERS, PAGE, TASKS, 
 from cdp_ident.configuration.fitted_model import fitted_model
 from reference.truths import truth
 
-PLAIN = truth("none", 3)
-KNOWN = fitted_model(dict(PLAIN.setting.values), "known")
+
+@pytest.fixture(scope="module")
+def plain():
+    return truth("none", 3)
 
 
-def test_with_the_rig_s_own_values_it_stands_and_swings_up():
-    for tried in (stand(PLAIN, KNOWN, friction=True, delay=1), swing(PLAIN, KNOWN, friction=True, delay=1)):
+def test_with_the_rig_s_own_values_it_stands_and_swings_up(plain):
+    known = fitted_model(dict(plain.setting.values), "known")
+    for tried in (stand(plain, known, friction=True, delay=1), swing(plain, known, friction=True, delay=1)):
         assert tried.stood
         assert tried.error < 0.2
-        assert tried.travel < PLAIN.setting.size
+        assert tried.travel < plain.setting.size
 
 
-def test_with_values_of_another_rig_it_falls():
-    tried = stand(PLAIN, fitted_model(dict(PLAIN.setting.values) | {"L": 3.0 * KNOWN.physical["L"]}, "other"), True, 1)
+def test_with_values_of_another_rig_it_falls(plain):
+    values = dict(plain.setting.values)
+    tried = stand(plain, fitted_model(values | {"L": 3.0 * values["L"]}, "other"), True, 1)
     assert not tried.stood
 
 

@@ -425,7 +425,7 @@ HAS_DROPS = pytest.mark.skipif(not DROPS.exists(), reason="the recordings of the
 
 
 @HAS_DROPS
-@pytest.mark.parametrize("number", [1, 2, 3])
+@pytest.mark.parametrize("number", [1, 2, pytest.param(3, marks=pytest.mark.campaign)])
 def test_a_drop_with_geared_drives_becomes_a_trial(tmp_path, capsys, number):
     file = str(DROPS / f"drop{number}.csv.gz")
     assert main([file, "--out", str(tmp_path / "bag"), "--zero", "hanging", "--length", "0.3"]) == 0

@@ -46,8 +46,10 @@ def shell(folder):
     """Return what starts commands in a terminal that was set up as the page says.
 
     Without ROS, that terminal knows nothing of the package beforehand. What is left running is ended with the test.
+    What the package has compiled for this user is there as it is for a reader, who has built it.
     """
-    environment = {**os.environ, "HOME": str(folder.parent)}
+    cache = os.environ.get("XDG_CACHE_HOME") or str(Path("~/.cache").expanduser())
+    environment = {**os.environ, "HOME": str(folder.parent), "XDG_CACHE_HOME": cache}
     place = BLOCKS[WITHOUT_ROS].replace("~/ros2_ws/", f"{ROOT}/").replace("~/cdp_ident", str(ROOT))
     if WITHOUT_ROS:
         environment["PATH"] = os.defpath

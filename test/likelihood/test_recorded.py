@@ -15,46 +15,45 @@ from cdp_ident.likelihood.swing import weights_of_runs
 from cdp_ident.trial.trial import Trial
 from scenarios.swings import MODEL, TIME, UNIT, measured, motion
 
-TRIAL = measured(motion(), np.random.default_rng(0))
 NOISE = np.array([2e-4, 3e-4])
-SCALES = scales_of([TRIAL], 0.4, 9.81)
 
 
-def long_trial(repeats):
-    """Return a trial of so many times the same motion, as if it went on."""
-    time = np.arange(repeats * len(TIME)) * 0.005
-    return Trial("long", time, np.tile(TRIAL.theta, (repeats, 1)))
+@pytest.fixture(scope="module")
+def trial():
+    return measured(motion(), np.random.default_rng(0))
 
 
-def data_of(*parted):
-    return prepare(parted, 1.0, SCALES, NOISE)
+def data_of(trial, *parted):
+    return prepare(parted, 1.0, scales_of([trial], 0.4, 9.81), NOISE)
 
 
-PARTED = replace(TRIAL, breaks=(600, 1000))
-"""Three stretches."""
-WITH_HELD_OUT = data_of(PartedTrial(PARTED, frozenset([1]), TRIAL), PartedTrial(TRIAL, frozenset([0]), TRIAL))
+@pytest.fixture(scope="module")
+def with_held_out(trial):
+    """Of three stretches and of one."""
+    parted = replace(trial, breaks=(600, 1000))
+    return data_of(trial, PartedTrial(parted, frozenset([1]), trial), PartedTrial(trial, frozenset([0]), trial))
 
 
-def test_held_out_stretches_and_trials_are_not_in_what_is_fitted_but_in_all_that_was_measured():
-    of, everything = fitted_recorded(WITH_HELD_OUT, 0.2, np.inf), all_recorded(WITH_HELD_OUT, 0.2)
+def test_held_out_stretches_and_trials_are_not_in_what_is_fitted_but_in_all_that_was_measured(with_held_out):
+    of, everything = fitted_recorded(with_held_out, 0.2, np.inf), all_recorded(with_held_out, 0.2)
     assert [(swing.trial, swing.begin, len(swing.time)) for swing in of.swings] == [(0, 0.0, 600), (0, 5.0, 600)]
     assert [(swing.trial, len(swing.time)) for swing in everything.swings] == [(0, len(TIME)), (1, len(TIME))]
     for spacing in (0.2, 0.5):  # of nodes, in time units
-        (first, *_) = fitted_recorded(WITH_HELD_OUT, spacing, np.inf).swings
-        assert first.spacing == pytest.approx(spacing * UNIT, abs=0.5 * SCALES.step)
+        (first, *_) = fitted_recorded(with_held_out, spacing, np.inf).swings
+        assert first.spacing == pytest.approx(spacing * UNIT, abs=0.5 * with_held_out.scales.step)
 
 
-def test_the_noise_of_the_outer_encoder_is_what_theta2_has_more_than_theta1():
-    of = fitted_recorded(WITH_HELD_OUT, 0.2, np.inf)
+def test_the_noise_of_the_outer_encoder_is_what_theta2_has_more_than_theta1(with_held_out):
+    of = fitted_recorded(with_held_out, 0.2, np.inf)
     np.testing.assert_allclose(of.encoders, [2e-4, np.sqrt(5.0) * 1e-4])
-    less = replace(WITH_HELD_OUT, noise=np.array([2e-4, 2e-4]))
+    less = replace(with_held_out, noise=np.array([2e-4, 2e-4]))
     np.testing.assert_allclose(fitted_recorded(less, 0.2, np.inf).encoders, [2e-4, 0.6e-4])
 
 
-def test_what_was_averaged_is_noisier_as_it_was_measured():
-    averaged = replace(WITH_HELD_OUT, trials=tuple(replace_samples(trial, 4) for trial in WITH_HELD_OUT.trials))
+def test_what_was_averaged_is_noisier_as_it_was_measured(with_held_out):
+    averaged = replace(with_held_out, trials=tuple(replace_samples(trial, 4) for trial in with_held_out.trials))
     of = all_recorded(averaged, 0.2)
-    np.testing.assert_allclose(of.encoders, 2.0 * fitted_recorded(WITH_HELD_OUT, 0.2, np.inf).encoders, rtol=1e-3)
+    np.testing.assert_allclose(of.encoders, 2.0 * fitted_recorded(with_held_out, 0.2, np.inf).encoders, rtol=1e-3)
 
 
 def replace_samples(trial, together):
@@ -62,8 +61,12 @@ def replace_samples(trial, together):
 
 
 @pytest.fixture(scope="module")
-def long():
-    return data_of(PartedTrial(long_trial(20), frozenset(), TRIAL), PartedTrial(TRIAL, frozenset([0]), TRIAL))
+def long(trial):
+    """The same motion many times, as if it went on."""
+    repeats = 20
+    time = np.arange(repeats * len(TIME)) * 0.005
+    repeated = Trial("long", time, np.tile(trial.theta, (repeats, 1)))
+    return data_of(trial, PartedTrial(repeated, frozenset(), trial), PartedTrial(trial, frozenset([0]), trial))
 
 
 def test_a_long_recording_is_looked_at_in_pieces_spread_evenly(long):
@@ -86,8 +89,8 @@ def test_more_is_looked_at_where_more_is_enough_from_one_piece_to_all_of_it_in_o
     assert len(whole.time) == 20 * len(TIME)
 
 
-def test_states_begin_near_the_motion():
-    of = fitted_recorded(WITH_HELD_OUT, 0.2, np.inf)
+def test_states_begin_near_the_motion(with_held_out):
+    of = fitted_recorded(with_held_out, 0.2, np.inf)
     for swing, states in zip(of.swings, states_of(of, MODEL), strict=True):
         at = swing.begin + swing.node_times
         angles = np.stack([np.interp(at, TIME, angle) for angle in motion().T], axis=1)

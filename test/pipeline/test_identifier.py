@@ -16,7 +16,7 @@ from cdp_ident.pipeline import identifier as module
 from cdp_ident.pipeline.identifier import Identifier, Request
 from cdp_ident.pipeline.job import run
 from cdp_ident.report.contents import report
-from cdp_ident.report.folder import CURVES, FIGURES, FITTED, PAGE, REPORT, TEXT
+from cdp_ident.report.folder import CURVES, FITTED, PAGE, REPORT
 from scenarios.clean_bags import write_clean_bags
 
 pytestmark = pytest.mark.long
@@ -73,10 +73,13 @@ def test_of_two_that_write_into_one_folder_both_results_are_kept(tmp_path, capsy
         (out / REPORT).write_text("of the other one")
         return run(loaded, lambda progress: "enough")
 
+    drawn = []
     monkeypatch.setattr(module, "run", meanwhile)
+    monkeypatch.setattr(module, "draw", lambda *of: drawn.append(of))
     assert main(["--bag", str(tmp_path / "swing_wide"), "--out", str(out), "--once", "--figures"]) == 0
     assert (out / REPORT).read_text() == "of the other one"
-    assert {path.name for path in (tmp_path / "out_2").iterdir()} == {REPORT, FITTED, CURVES, PAGE, TEXT, FIGURES}
+    assert {path.name for path in (tmp_path / "out_2").iterdir()} == {REPORT, FITTED, CURVES}
+    assert drawn == [(tmp_path / "out_2", True)]
     assert f"has written into {out} meanwhile: this one goes into {out}_2" in capsys.readouterr().out
 
 

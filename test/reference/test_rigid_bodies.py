@@ -27,16 +27,14 @@ def test_smooth_motion_agrees(values, cart):
 
 
 @pytest.mark.parametrize(
-    ("inner", "outer"), [(0.02, 0.0), (0.0, 0.002), (0.2, 0.0), (0.0, 0.05), (0.03, 0.01), (0.2, 0.05)]
+    ("inner", "outer", "cart", "springs"),
+    [
+        *((*sizes, None, ()) for sizes in [(0.02, 0), (0, 0.002), (0.2, 0), (0, 0.05), (0.03, 0.01), (0.2, 0.05)]),
+        (0.05, 0.01, HEAVY, SPRINGS),
+    ],
 )
-def test_dry_friction_agrees_within_the_engine_s_own_steps(inner, outer):
-    plant = Plant(Rig(TABLE_5), DryFriction(inner), DryFriction(outer))
-    one, other = (engine.path(plant, START, TIMES) for engine in (rigid_bodies, sticking))
-    assert np.abs(one.states[:, :2] - other.states[:, :2]).max() < 5e-5
-
-
-def test_dry_friction_agrees_on_a_compliant_base():
-    plant = Plant(Rig(TABLE_5, cart=HEAVY), DryFriction(0.05), DryFriction(0.01), SPRINGS)
+def test_dry_friction_agrees_within_the_engine_s_own_steps_on_a_compliant_base_too(inner, outer, cart, springs):
+    plant = Plant(Rig(TABLE_5, cart=cart), DryFriction(inner), DryFriction(outer), springs)
     one, other = (engine.path(plant, START, TIMES) for engine in (rigid_bodies, sticking))
     assert np.abs(one.states[:, :2] - other.states[:, :2]).max() < 5e-5
 

@@ -15,6 +15,12 @@ from cdp_ident.trial.options import UNITS, TrialOptions
 from cdp_ident.trial.recorded_motion import Recorded, moving_windows
 
 
+@pytest.fixture(scope="module")
+def swing(recording):
+    """A recording no longer than it has to be: many meanings of its angles are tried."""
+    return recording(rate=100.0).carry(2.0, 2.5, 1.0).hold(0.5).swing(6)
+
+
 def check(made, change=lambda joints: joints, **options):
     options = TrialOptions(**options)
     joints = change(made.joints())
@@ -207,10 +213,10 @@ def test_turns_are_told(samples, joints):
 
 
 @pytest.mark.parametrize("per_radian", [4096 / (2 * np.pi), 18000 / np.pi])
-def test_readings_that_turn_too_far_are_in_another_unit(samples, per_radian):
+def test_readings_that_turn_too_far_are_in_another_unit(swing, samples, per_radian):
     set_right = TrialOptions(inner_scale=per_radian, outer_scale=per_radian, scale_from="zero")
     counted = find_trial(Samples(samples.stamps, np.round(samples.angles * per_radian), None), set_right).trial
-    angles = model_angles(samples.angles, TrialOptions())[round(counted.start * 200) :]
+    angles = model_angles(samples.angles, TrialOptions())[round(counted.start * swing.rate) :]
     assert counted.theta == pytest.approx(angles[: len(counted.time)], abs=0.01)
     for factors in ((per_radian, 1.0), (1.0, per_radian), (per_radian, per_radian)):
         counts = np.round(samples.angles * np.array(factors))

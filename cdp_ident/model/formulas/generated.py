@@ -39,13 +39,14 @@ def module_of(effects: tuple[Effect, ...], paper: bool) -> Generated:
     """
     digest = _digest(effects, paper)
     if BUILT.exists() and f'DIGEST = "{digest}"' in (text := BUILT.read_text(encoding="utf-8")):
-        return _executed(digest, text, str(BUILT))
+        return _executed(digest, text, str(BUILT), paper)
     name = f"laws_{digest}.py"
-    return _executed(digest, kept(name, lambda: _text(effects, digest, paper).encode()).decode(), name)
+    return _executed(digest, kept(name, lambda: _text(effects, digest, paper).encode()).decode(), name, paper)
 
 
-def _executed(digest: str, text: str, file: str) -> Generated:
-    module = Generated(f"{__package__}.laws_{digest}")
+def _executed(digest: str, text: str, file: str, paper: bool) -> Generated:
+    # Loops are made of the paper's equations, which are the same whatever effects the catalogue has.
+    module = Generated(f"{__package__}.{BUILT.stem if paper else f'laws_{digest}'}")
     module.text = text
     sys.modules[module.__name__] = module  # where kept machine code looks for what it is made of
     exec(compile(text, file, "exec"), module.__dict__)
