@@ -49,7 +49,6 @@ _DRIVEN: dict[Joint, tuple[slice, tuple[str, ...]]] = {
 }
 """The rods whose equations hold together whatever drives a joint, and their terms."""
 
-
 _WITHOUT = 5
 """Terms of a pendulum with a pivot at rest."""
 
@@ -62,8 +61,13 @@ class Pendulum:
     """What it looks like."""
     unexplained: float
     """Share of its acceleration (rms) that its equation leaves, but for noise."""
-    is_moved: bool
-    """Whether the other column tells how its pivot moves."""
+    terms: int
+    """Of its equation."""
+
+    @property
+    def is_moved(self) -> bool:
+        """Whether the other column tells how its pivot moves."""
+        return self.terms > _WITHOUT
 
 
 def pendulum(recorded: Recorded) -> Pendulum | None:
@@ -71,7 +75,8 @@ def pendulum(recorded: Recorded) -> Pendulum | None:
     if circle := _on_circle(np.concatenate([motion.angles for motion in recorded.motions])):
         return circle
     found = [one for place in range(2) if (one := _of_column(recorded, place))]
-    return min(found, key=lambda one: one.unexplained, default=None)
+    # What both leave next to nothing of is the simpler one: a free cart goes with its pendulum.
+    return min(found, key=lambda one: (max(one.unexplained, _NOTHING), one.terms), default=None)
 
 
 def unexplained_beside(balance: Windows, joint: Joint) -> float:
@@ -97,7 +102,7 @@ def _on_circle(points: Array) -> Pendulum | None:
     off = float(np.std(np.linalg.norm(centred - half, axis=1)))
     is_bent = np.linalg.svd(centred, compute_uv=False)[-1] > _BENT * radius * np.sqrt(len(centred))
     words = f"x and y of a point on a circle of {radius:.3g}, to {off / radius:.1%}: one pendulum in coordinates"
-    return Pendulum(words, off / radius, is_moved=True) if is_bent and off < HOLDS * radius else None
+    return Pendulum(words, off / radius, max(_PIVOTS.values())) if is_bent and off < HOLDS * radius else None
 
 
 def _of_column(recorded: Recorded, place: int) -> Pendulum | None:
@@ -113,7 +118,7 @@ def _of_column(recorded: Recorded, place: int) -> Pendulum | None:
     if not pivot or left[pivot] > HOLDS:
         return None
     words = f"one pendulum (the {JOINTS[place]} column) {pivot}: that leaves {left[pivot]:.1%} of its acceleration"
-    return Pendulum(words, left[pivot], is_moved=_PIVOTS[pivot] > _WITHOUT)
+    return Pendulum(words, left[pivot], _PIVOTS[pivot])
 
 
 def _terms(motion: Motion, place: int) -> Array:
