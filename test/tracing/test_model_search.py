@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The search ends at the most probable model, and says how it came there."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -99,6 +101,24 @@ def test_asked_to_stop_it_ends_and_keeps_the_best_so_far(at_once, labels, steps)
         search.run()
     assert (search.best.model.labels, len(search.steps)) == (labels, steps)
     assert not at_once or len(search.fitted) == 1
+
+
+class _OneExplainsNothing:
+    """Errors over windows by which no single effect more explains anything."""
+
+    def explains(self, found, than):
+        return len(found.model.effects) != len(than.model.effects) + 1
+
+
+@pytest.mark.parametrize(("offset", "effects"), [(0.01, {DRY, "encoder_offset.outer"}), (0.0, set())])
+def test_of_several_effects_each_may_explain_little_while_the_others_are_missing(offset, effects):
+    trial = rubbing()
+    search = begun([replace(trial, theta=trial.theta + offset * np.array([0.0, 1.0]))])
+    search._errors = _OneExplainsNothing()
+    search.run()
+    assert set(search.best.model.labels) == effects
+    at_once = [step.action for step in search.steps if step.action.startswith("added")]
+    assert [set(action.removeprefix("added ").split(" and ")) for action in at_once] == [effects] * bool(effects)
 
 
 def test_the_same_input_gives_the_same_steps(found):
