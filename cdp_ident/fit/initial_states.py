@@ -19,7 +19,6 @@ from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.windows import NEAR_STEPS, Window
 from cdp_ident.machine.parallel import parallel_map
-from cdp_ident.model.layout import RODS_STATES
 from cdp_ident.model.steps import Times
 from cdp_ident.trial.kinematics import MEDIAN_OF_SIZE
 
@@ -167,21 +166,10 @@ class _Shooting:
 
         by_start = (slopes @ np.array(by_first)[piece]).reshape(-1, n)
         target = residuals.ravel() - moved(np.array(joined))
-        scale = self._scale(by_start)
-        first = scale * np.linalg.lstsq(by_start * scale, target, rcond=_UNSEEN)[0]
+        first = np.linalg.lstsq(by_start, target, rcond=_UNSEEN)[0]
         change = np.array(by_first) @ first + joined
         left = target - by_start @ first
         return change, float(np.sum(moved(change) ** 2)) <= _ENOUGH * float(left @ left)
-
-    def _scale(self, by_start: Array) -> Array:
-        """Return factors (states,) for the columns of a step's equations.
-
-        States of encoders are in units of their own, so they count by what they do to readings.
-        """
-        brings = [active.effect for active in self.model.effects for _ in range(active.effect.states)]
-        of_encoders = np.array([False] * RODS_STATES + [not effect.moves for effect in brings])
-        sizes = np.linalg.norm(by_start, axis=0)
-        return np.divide(sizes[:RODS_STATES].max(), sizes, out=np.ones(len(sizes)), where=of_encoders & (sizes > 0.0))
 
 
 def _with_zeros(found: Fit, trials: Sequence[int]) -> Array:

@@ -28,6 +28,9 @@ _Name = tuple[str, str, int | None]
 
 NAMED, PROBABLE = 0.95, 0.7
 """Probability from which on a name is said, and from which on it is said to be probable."""
+_REST = 0.2
+"""Share of the mean square beyond noise that an effect may leave where more remains: one that imitates what the
+catalogue lacks leaves a quarter of it or more."""
 _NOT_DISTINGUISHED = 6.0
 """Models whose costs differ by less are not distinguished: odds of 20."""
 
@@ -132,8 +135,8 @@ def shown_by(selection: Selection, values: Array, covariance: Array) -> Selectio
 def where_more_remains(selection: Selection, error: float, without: Sequence[float], noise: float) -> Selection:
     """Return a selection whose names are less sure: each may be a part of what the catalogue lacks.
 
-    None is more than probable, and none that explains less of the held-out motion than remains there; but where the
-    error is the noise's, give or take what noise is taken for.
+    None is more than probable, and none beside which more than a share remains of what is left of the held-out motion
+    without it; but where the error is the noise's, give or take what noise is taken for.
 
     Args:
         selection: with effects, beside which more than noise remains.
@@ -146,7 +149,7 @@ def where_more_remains(selection: Selection, error: float, without: Sequence[flo
     remains = error**2 - noise**2
     less_sure: dict[Certainty, Certainty] = {"named": "probable", "probable": "acts_like", "acts_like": "acts_like"}
     weaker = replace(selection, certainty=tuple(less_sure[one] for one in selection.certainty))
-    return _sure_only(weaker, [not other**2 - error**2 <= remains for other in without])
+    return _sure_only(weaker, [not remains > _REST * (other**2 - noise**2) for other in without])
 
 
 def _sure_only(selection: Selection, where: Sequence[bool]) -> Selection:

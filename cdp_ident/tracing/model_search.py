@@ -269,7 +269,8 @@ class ModelSearch:
     def _look_ahead(self) -> bool:
         """Add more to what is more probable than the best model, but explains nothing over windows.
 
-        Of several effects each may explain little of the motion while the others are missing.
+        Of several effects each may explain little of the motion while the others are missing. Once they are there, each
+        has to.
         """
         ahead, added = min(self.fitted.values(), key=self.cost), tuple[str, ...]()
         before, tried = self.best, list[_Fitted]()
@@ -280,11 +281,20 @@ class ModelSearch:
             ahead, added = better[0], (*added, *better[1])
             tried.append((ahead, added))
             if self._errors.explains(ahead, before):
+                ahead = self._with_what_explains(ahead)
                 there = [active.effect.key for active in before.model.effects]
                 new = [active.key for active in ahead.model.effects if active.effect.key not in there]
                 self._note(f"added {' and '.join(new)}", ahead, tried)
                 return True
         return False
+
+    def _with_what_explains(self, found: WholeSwings) -> WholeSwings:
+        """Return a model without effects that explain nothing over windows beside the others."""
+        for neighbour in simplifications(found, np.inf):
+            for simpler, _ in self._fit_all([neighbour], np.inf):
+                if self.cost(simpler) < 0.0 and not self._errors.explains(found, simpler):
+                    return self._with_what_explains(simpler)
+        return found
 
     def _better(self, than: WholeSwings, neighbours: Sequence[Neighbour]) -> _Fitted | None:
         """Return the most probable neighbour of a model, with what it has more; None where none is better."""
