@@ -9,8 +9,10 @@ import numpy as np
 
 from cdp_ident.arrays import Array
 from cdp_ident.diagnosis.identification import Identification
+from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.windows import shared
+from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.effects.effect import Effect
 from cdp_ident.tracing.certainty import certainties, not_distinguished, probabilities
 from cdp_ident.tracing.model_search import InterruptedSearchError, ModelSearch
@@ -49,14 +51,21 @@ def select_effects(
     data = found.data.over_shorter_windows(found.data.scales.half_swing)
     errors = OverWindows(shared(data.fit, found.enough), data.noise_level)
     search = ModelSearch(found.whole, say, stop, trying, found.options.named_effects_only, errors)
-    interrupted = False
+    interrupted, without = False, tuple[WholeSwings | None, ...]()
     try:
         search.begin_with(_expected(found, expected), "confirmed")
         search.run([*hidden_by_torques(search.paper)] if search.best is search.paper else ())
         without = tuple(search.without(index) for index in range(len(search.best.model.effects)))
     except InterruptedSearchError:
         interrupted = True
-        without = (None,) * len(search.best.model.effects)
+    except (IdentificationError, np.linalg.LinAlgError) as error:
+        search.failures.append(f"the search ended early: {error}")
+    without = without or (None,) * len(search.best.model.effects)
+    try:
+        scored = tuple(search.scores)
+    except (IdentificationError, np.linalg.LinAlgError) as error:
+        search.failures.append(f"what other effects would do: {error}")
+        scored = ()
     probability, also_possible = probabilities(search), not_distinguished(search)
     return Selection(
         before=search.paper,
@@ -66,7 +75,7 @@ def select_effects(
         probability=probability,
         also_possible=also_possible,
         certainty=certainties(search, probability, also_possible),
-        scores=tuple(search.scores),
+        scores=scored,
         failures=tuple(search.failures),
         interrupted=interrupted,
         seconds=float(sum(swing.time[-1] for swing in found.whole.recorded.swings)),

@@ -13,6 +13,7 @@ from cdp_ident.fit.roles import PartedTrial
 from cdp_ident.fit.scales import scales_of
 from cdp_ident.likelihood.maxima import NEAR
 from cdp_ident.likelihood.recorded import fitted_recorded
+from cdp_ident.tracing.model_search import ModelSearch
 from cdp_ident.tracing.select_effects import ExpectedEffect, select_effects
 from scenarios.swings import TRUE, fitted, known, measured, motion
 
@@ -76,3 +77,17 @@ def test_a_selection_that_is_stopped_says_so_and_keeps_the_paper_s_model(identif
     assert selection.after is selection.before
     assert selection.probability == ()
     assert selection.seconds == pytest.approx(8.0, abs=0.02)
+
+
+def test_a_numerical_failure_ends_the_search_and_loses_nothing_that_was_found(identified, monkeypatch):
+    rubbing, found = identified
+
+    def fails(*_):
+        raise np.linalg.LinAlgError("singular")
+
+    monkeypatch.setattr(ModelSearch, "_other_maxima", fails)
+    selection = select_effects(found, expected=[DRY])
+    assert selection.after.model.labels == ("coulomb_friction.outer",) * rubbing
+    assert selection.failures == ("the search ended early: singular",)
+    assert len(selection.without) == len(selection.after.model.effects)
+    assert not selection.interrupted
