@@ -56,7 +56,8 @@ _THREE = 0.3
 """Share of combined truths that have three effects."""
 
 _ALIKE = (
-    {"gravity_tilt.base", "side_force.base", "encoder_offset.inner"},
+    {"gravity_tilt.base", "side_force.base", "encoder_offset.inner", "drifting_encoder_offset.inner"},
+    {"encoder_offset.outer", "drifting_encoder_offset.outer"},
     {"heavy_cart.base", "pivot_compliance.base"},
     {"quadratic_friction.inner", "air_drag.inner"},
 )
