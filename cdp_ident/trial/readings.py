@@ -35,7 +35,7 @@ _ALIKE = 1.05
 _JUMP = 0.5
 """A change by more than this share of all that the readings go through is not motion."""
 _STAYS = 3
-"""A jump back within so many samples is that of a spike."""
+"""A jump there and back within so many samples is that of a spike."""
 _LIKE = 0.02
 """Share by which a wrap may seem to differ from a power of two of the encoder's steps, or from a turn."""
 _FEWEST_WRAPS = 5
@@ -71,7 +71,7 @@ def new_readings(readings: Array, known: Mask, turns: Array) -> tuple[Mask, list
         words = f"stand still {times} times in the midst of motion (a sensor that freezes, or is at its limit?): "
         still.append(f"{words}{np.count_nonzero(stands)} of them are left out" if times else "")
     if together:
-        known[:] = known.all(axis=1)[:, None]
+        known[:] = np.all(known, axis=1, keepdims=True)
     columns = [column[has] for column, has in zip(readings.T, known.T, strict=True)]
     said = [""] * len(columns)
     changed = [np.flatnonzero(np.diff(column)) + 1 for column in columns]
@@ -215,8 +215,8 @@ def continuous(readings: Array) -> tuple[Array, float, str]:
         return readings, 0.0, ""
     sizes, jumps = [], []
     for at in np.flatnonzero(np.abs(steps) > _JUMP * np.ptp(readings)):
-        back = steps[at + 1 : at + 1 + _STAYS]
-        if 0 < at < len(steps) - 1 and not np.any(np.abs(back + steps[at]) < _JUMP * abs(steps[at])):
+        near = steps[max(0, at - _STAYS) : at + 1 + _STAYS]
+        if 0 < at < len(steps) - 1 and not np.any(np.abs(near + steps[at]) < _JUMP * abs(steps[at])):
             sizes.append(abs(steps[at] - 0.5 * (steps[at - 1] + steps[at + 1])))
             jumps.append(abs(steps[at]))
     if not sizes:

@@ -141,6 +141,17 @@ def test_readings_of_a_sensor_that_freezes_are_no_measurements(make_bag, joints,
     assert re.search("joint stand still [234] times in the midst of motion", "; ".join(trial.notes))
 
 
+@pytest.mark.parametrize("value", [9999.0, -1.0, 0.0])
+def test_a_number_in_place_of_missing_readings_is_left_out_and_no_wrap(make_bag, value):
+    def lose(positions):
+        positions[[300, 500, 801, 1100, 1500, 1800, 2100]] = value
+
+    trial = load_trial(with_changes(make_bag, lose))
+    assert off(trial) < 1e-6
+    assert "7 outliers" in "; ".join(trial.notes)
+    assert "wrap" not in "; ".join(trial.notes)
+
+
 @pytest.mark.parametrize(("dump", "said"), [("dump_a", ""), ("dump_b", "m1, groups.A23_over_A22, std.m1: results")])
 def test_a_dump_of_identify_s_parameters_is_its_configuration(capsys, dump, said):
     request = Request((), (), None, None, None, CASES / "param_dump" / f"{dump}.yaml", False)

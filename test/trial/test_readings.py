@@ -113,7 +113,8 @@ def test_degrees_that_wrap_are_continuous_and_full_turns_and_spikes_stay():
     assert note == "wrap after 360"
     spiked = SWING.copy()
     spiked[700] += 9.0
-    for readings in (SWING, spiked):
+    missing = np.where(np.arange(len(SWING)) % 200 == 100, 9999.0, SWING)
+    for readings in (SWING, spiked, missing):
         found, _, note = continuous(readings)
         assert found is readings
         assert note == ""
