@@ -141,6 +141,21 @@ def test_readings_of_a_sensor_that_freezes_are_no_measurements(make_bag, joints,
     assert re.search("joint stand still [234] times in the midst of motion", "; ".join(trial.notes))
 
 
+@pytest.mark.parametrize(("joint", "counts"), [("outer", 20), ("outer", 400), ("inner", -100)])
+def test_lost_counts_cost_nothing_of_the_recording_and_are_kept(make_bag, joint, counts):
+    places, size = (700, 1300, 1900), counts * 2 * np.pi / 8000
+
+    def lose(positions):
+        for at in places:
+            positions[at:, int(joint == "outer")] += size
+
+    whole, trial = load_trial(WHOLE), load_trial(with_changes(make_bag, lose))
+    assert np.array_equal(trial.time, whole.time)
+    lost = size * np.searchsorted(places, np.round((trial.time + trial.start) / 0.005), side="right")
+    assert trial.theta - whole.theta == pytest.approx(np.outer(lost, [joint == "inner", 1.0]), abs=1e-6)
+    assert re.search(rf"readings of the {joint} joint step by .* at 3.500 s", "; ".join(trial.notes))
+
+
 @pytest.mark.parametrize("value", [9999.0, -1.0, 0.0])
 def test_a_number_in_place_of_missing_readings_is_left_out_and_no_wrap(make_bag, value):
     def lose(positions):
