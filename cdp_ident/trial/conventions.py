@@ -34,7 +34,7 @@ from cdp_ident.trial.meaning import (
     other_meanings,
     outer_meanings,
 )
-from cdp_ident.trial.mechanisms import HOLDS, Pendulum, pendulum, unexplained_beside
+from cdp_ident.trial.mechanisms import HOLDS, Pendulum, pendulum, pendulum_of, unexplained_beside
 from cdp_ident.trial.options import TrialOptions, Unit, Zero
 from cdp_ident.trial.recorded_motion import Recorded, recorded_motion
 
@@ -65,6 +65,8 @@ _TWICE = 0.05
 """Share of the inner angle that the outer one differs from it by at most, as one measured and simulated does."""
 _WIDE = 4.0 * np.pi
 """Readings that change by less are no swing in a smaller unit."""
+_NO_TURN = 1e9
+"""Readings in a radian, of what does not wrap."""
 _SMALLER: tuple[Unit, ...] = ("degrees", "gradians", "milliradians")
 """The likeliest first: one that is less so must leave far less."""
 
@@ -362,17 +364,38 @@ def found_units(samples: Samples, options: TrialOptions) -> tuple[Balance | None
 
 
 def smaller_units_found(samples: Samples, options: TrialOptions) -> str:
-    """Say which joints are in degrees or such units, with the settings that put it right; empty if none needs that."""
-    if not (options.all_settable and np.any(_wide(samples, options))):
+    """Say which joints are in degrees or such units, with the settings that put it right; empty if none needs that.
+
+    Raises OtherMotionError where one column is a pendulum's angle, in any unit, and the other the way of its cart.
+    """
+    if not np.any(_wide(samples, options)):
         return ""
     found, before = found_units(samples, options)
-    recorded = _recorded(samples, options)
-    other = pendulum(recorded) if recorded else None
-    if found is None or found is before or (other and found.lumped.unexplained >= MUCH_BETTER * other.unexplained):
+    rods = found.lumped.unexplained if found and found.lumped.may_be_rods else np.inf
+    other = _one_pendulum_in_units(samples, options) if rods > _LOOKED_AT else None
+    if other and other.unexplained < MUCH_BETTER * rods:
+        if other.is_moved and options.conventions == "refuse":
+            raise OtherMotionError(f"{_NONE}: it looks like {other.words}; {options.insist}")
+        return ""
+    if found is None or found is before or not options.all_settable:
         return ""
     units = {joint: unit for joint in JOINTS if (unit := getattr(found.meaning, f"{joint}_unit")) in _SMALLER}
     whose = "both joints are" if len(units) > 1 else f"the {''.join(units)} joint is"
     return _instead(f"{whose} in {' and '.join(dict.fromkeys(units.values()))}", options, found, before)
+
+
+def _one_pendulum_in_units(samples: Samples, options: TrialOptions) -> Pendulum | None:
+    """Return the one pendulum that two columns look like, or one, in some unit, where the other one is a length."""
+    given = _recorded(samples, options)
+    found = [pendulum(given) if given else None]
+    for place, (joint, other) in enumerate(zip(JOINTS, reversed(JOINTS), strict=True)):
+        of_joint = getattr(options, f"{joint}_unit")
+        for unit in dict.fromkeys((of_joint, *_SMALLER)) if _wide(samples, options)[place] else (of_joint,):
+            # A length does not wrap.
+            recorded = _recorded(samples, replace(options, **{f"{joint}_unit": unit, f"{other}_scale": _NO_TURN}))
+            one = pendulum_of(recorded, place) if recorded else None
+            found.append(replace(one, words=f"{one.words} ({unit})") if one and one.is_moved else None)
+    return min(filter(None, found), key=lambda one: one.unexplained, default=None)
 
 
 def _wide(samples: Samples, options: TrialOptions) -> Mask:
