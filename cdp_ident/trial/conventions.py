@@ -372,9 +372,10 @@ def smaller_units_found(samples: Samples, options: TrialOptions) -> str:
         return ""
     found, before = found_units(samples, options)
     rods = found.lumped.unexplained if found and found.lumped.may_be_rods else np.inf
-    other = _one_pendulum_in_units(samples, options) if rods > _LOOKED_AT else None
-    if other and other.unexplained < MUCH_BETTER * rods:
-        if other.is_moved and options.conventions == "refuse":
+    other = _one_pendulum_in_units(samples, options) if rods > _LOOKED_AT or found is not before else None
+    if other and rods >= MUCH_BETTER * other.unexplained:
+        is_far_better = other.unexplained < MUCH_BETTER * rods
+        if other.is_moved and is_far_better and options.conventions == "refuse":
             raise OtherMotionError(f"{_NONE}: it looks like {other.words}; {options.insist}")
         return ""
     if found is None or found is before or not options.all_settable:
