@@ -185,7 +185,8 @@ def _contradiction(recorded: Recorded, given: Balance, best: Balance, mechanism:
     """
     options, unexplained = given.meaning, given.lumped.unexplained
     left_so = mechanism.unexplained if mechanism else np.inf
-    least = min(unexplained, best.lumped.unexplained, left_so)
+    # Whose equation holds beside something that acts in the other joint is no rod in other units.
+    least = min(unexplained, best.lumped.unexplained, left_so, HOLDS if _driven(given) else np.inf)
     # Errors of motors' torques may look like other zeros or factors.
     if least > _LOOKED_AT and options.input != "joints":
         others = other_meanings(recorded, options, least)
