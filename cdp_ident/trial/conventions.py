@@ -373,10 +373,15 @@ def smaller_units_found(samples: Samples, options: TrialOptions) -> str:
         return ""
     found, before = found_units(samples, options)
     rods = found.lumped.unexplained if found and found.lumped.may_be_rods else np.inf
-    other = _one_pendulum_in_units(samples, options) if rods > _LOOKED_AT or found is not before else None
+    other, is_given = None, False
+    if rods > _LOOKED_AT or found is not before:
+        recorded = _recorded(samples, options)
+        # One by the units given is told where what the joints mean is checked.
+        is_given = bool(recorded and (other := pendulum(recorded)))
+        other = other or _pendulum_on_cart(samples, options)
     if other and rods >= MUCH_BETTER * other.unexplained:
         is_far_better = other.unexplained < MUCH_BETTER * rods
-        if other.is_moved and is_far_better and options.conventions == "refuse":
+        if not is_given and is_far_better and options.conventions == "refuse":
             raise OtherMotionError(f"{_NONE}: it looks like {other.words}; {options.insist}")
         return ""
     if found is None or found is before or not options.all_settable:
@@ -386,10 +391,9 @@ def smaller_units_found(samples: Samples, options: TrialOptions) -> str:
     return _instead(f"{whose} in {' and '.join(dict.fromkeys(units.values()))}", options, found, before)
 
 
-def _one_pendulum_in_units(samples: Samples, options: TrialOptions) -> Pendulum | None:
-    """Return the one pendulum that two columns look like, or one, in some unit, where the other one is a length."""
-    given = _recorded(samples, options)
-    found = [pendulum(given) if given else None]
+def _pendulum_on_cart(samples: Samples, options: TrialOptions) -> Pendulum | None:
+    """Return the pendulum that one column is the angle of, in one unit or another, where the other one is a length."""
+    found = []
     for place, (joint, other) in enumerate(zip(JOINTS, reversed(JOINTS), strict=True)):
         of_joint = getattr(options, f"{joint}_unit")
         for unit in dict.fromkeys((of_joint, *_SMALLER)) if _wide(samples, options)[place] else (of_joint,):
