@@ -34,7 +34,7 @@ from cdp_ident.trial.meaning import (
     other_meanings,
     outer_meanings,
 )
-from cdp_ident.trial.mechanisms import HOLDS, Pendulum, pendulum, unexplained_beside
+from cdp_ident.trial.mechanisms import HOLDS, Pendulum, pendulum, pendulum_of, unexplained_beside
 from cdp_ident.trial.options import TrialOptions, Unit, Zero
 from cdp_ident.trial.recorded_motion import Recorded, recorded_motion
 
@@ -65,6 +65,8 @@ _TWICE = 0.05
 """Share of the inner angle that the outer one differs from it by at most, as one measured and simulated does."""
 _WIDE = 4.0 * np.pi
 """Readings that change by less are no swing in a smaller unit."""
+_NO_TURN = 1e9
+"""Readings in a radian, of what does not wrap."""
 _SMALLER: tuple[Unit, ...] = ("degrees", "gradians", "milliradians")
 """The likeliest first: one that is less so must leave far less."""
 
@@ -183,7 +185,8 @@ def _contradiction(recorded: Recorded, given: Balance, best: Balance, mechanism:
     """
     options, unexplained = given.meaning, given.lumped.unexplained
     left_so = mechanism.unexplained if mechanism else np.inf
-    least = min(unexplained, best.lumped.unexplained, left_so)
+    # Whose equation holds beside something that acts in the other joint is no rod in other units.
+    least = min(unexplained, best.lumped.unexplained, left_so, HOLDS if _driven(given) else np.inf)
     # Errors of motors' torques may look like other zeros or factors.
     if least > _LOOKED_AT and options.input != "joints":
         others = other_meanings(recorded, options, least)
@@ -362,17 +365,43 @@ def found_units(samples: Samples, options: TrialOptions) -> tuple[Balance | None
 
 
 def smaller_units_found(samples: Samples, options: TrialOptions) -> str:
-    """Say which joints are in degrees or such units, with the settings that put it right; empty if none needs that."""
-    if not (options.all_settable and np.any(_wide(samples, options))):
+    """Say which joints are in degrees or such units, with the settings that put it right; empty if none needs that.
+
+    Raises OtherMotionError where one column is a pendulum's angle, in any unit, and the other the way of its cart.
+    """
+    if not np.any(_wide(samples, options)):
         return ""
     found, before = found_units(samples, options)
-    recorded = _recorded(samples, options)
-    other = pendulum(recorded) if recorded else None
-    if found is None or found is before or (other and found.lumped.unexplained >= MUCH_BETTER * other.unexplained):
+    rods = found.lumped.unexplained if found and found.lumped.may_be_rods else np.inf
+    other, is_given = None, False
+    if rods > _LOOKED_AT or found is not before:
+        recorded = _recorded(samples, options)
+        # One by the units given is told where what the joints mean is checked.
+        is_given = bool(recorded and (other := pendulum(recorded)))
+        other = other or _pendulum_on_cart(samples, options)
+    if other and rods >= MUCH_BETTER * other.unexplained:
+        is_far_better = other.unexplained < MUCH_BETTER * rods
+        if not is_given and is_far_better and options.conventions == "refuse":
+            raise OtherMotionError(f"{_NONE}: it looks like {other.words}; {options.insist}")
+        return ""
+    if found is None or found is before or not options.all_settable:
         return ""
     units = {joint: unit for joint in JOINTS if (unit := getattr(found.meaning, f"{joint}_unit")) in _SMALLER}
     whose = "both joints are" if len(units) > 1 else f"the {''.join(units)} joint is"
     return _instead(f"{whose} in {' and '.join(dict.fromkeys(units.values()))}", options, found, before)
+
+
+def _pendulum_on_cart(samples: Samples, options: TrialOptions) -> Pendulum | None:
+    """Return the pendulum that one column is the angle of, in one unit or another, where the other one is a length."""
+    found = []
+    for place, (joint, other) in enumerate(zip(JOINTS, reversed(JOINTS), strict=True)):
+        of_joint = getattr(options, f"{joint}_unit")
+        for unit in dict.fromkeys((of_joint, *_SMALLER)) if _wide(samples, options)[place] else (of_joint,):
+            # A length does not wrap.
+            recorded = _recorded(samples, replace(options, **{f"{joint}_unit": unit, f"{other}_scale": _NO_TURN}))
+            one = pendulum_of(recorded, place) if recorded else None
+            found.append(replace(one, words=f"{one.words} ({unit})") if one and one.is_moved else None)
+    return min(filter(None, found), key=lambda one: one.unexplained, default=None)
 
 
 def _wide(samples: Samples, options: TrialOptions) -> Mask:

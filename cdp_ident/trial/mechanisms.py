@@ -74,7 +74,7 @@ def pendulum(recorded: Recorded) -> Pendulum | None:
     """Return the pendulum that one of two recorded columns looks like; None where neither does."""
     if circle := _on_circle(np.concatenate([motion.angles for motion in recorded.motions])):
         return circle
-    found = [one for place in range(2) if (one := _of_column(recorded, place))]
+    found = [one for place in range(2) if (one := pendulum_of(recorded, place))]
     # What both leave next to nothing of is the simpler one: a free cart goes with its pendulum.
     return min(found, key=lambda one: (max(one.unexplained, _NOTHING), one.terms), default=None)
 
@@ -105,7 +105,8 @@ def _on_circle(points: Array) -> Pendulum | None:
     return Pendulum(words, off / radius, max(_PIVOTS.values())) if is_bent and off < HOLDS * radius else None
 
 
-def _of_column(recorded: Recorded, place: int) -> Pendulum | None:
+def pendulum_of(recorded: Recorded, place: int) -> Pendulum | None:
+    """Return the pendulum of which one of two recorded columns looks like the angle; None where it does not."""
     parts = zip(recorded.motions, recorded.moving, strict=True)
     rows = np.concatenate([_terms(motion, place)[moving] for motion, moving in parts])
     of_angle, of_pivot = recorded.motions[0].gain * recorded.motions[0].angle_noise[[place, 1 - place]] ** 2

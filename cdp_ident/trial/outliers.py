@@ -8,6 +8,8 @@ Kuh and Welsch, Regression Diagnostics, 1980), or by the noise thereabouts where
 mechanism's motion is one, however large it is relative to the noise: about an impulse (a kink), lost counts (a step
 that stays), a joint that stops or sticks, and a motion too fast for its sampling, the neighbours scatter as well, and
 no set's residuals reach 4.
+
+A step that stays is looked for in the same way: beside it, the neighbours on both sides are smooth together.
 """
 
 import itertools
@@ -68,6 +70,32 @@ def outlier_words(times: Sequence[float], samples: int) -> str:
     words = "1 outlier (" if count == 1 else f"{count} outliers ("
     first = f"at {times[0]:.3f} s" if count == 1 else f"the first at {times[0]:.3f} s"
     return f"{words}{100 * count / (count + samples):.2g} %) {'is' if count == 1 else 'are'} left out, {first}"
+
+
+def steps(time: Array, values: Array) -> Array:
+    """Return by how much each of some continuous values (n,) at times (n,) [s] steps away from the motion before it.
+
+    It is zero but where counts are lost: there a step beside the cubic through the neighbours on both sides leaves next
+    to nothing of them, as beside a kink it does not.
+    """
+    sizes, studentized, size = np.zeros(len(time)), np.zeros(len(time)), 2 * _BESIDE
+    if len(time) < size + SAMPLES:
+        return sizes
+    noise, suspect = _noise(time, values, None)
+    at = np.flatnonzero(suspect[_BESIDE : len(time) - _BESIDE]) + _BESIDE
+    index = at[:, None] + np.arange(-_BESIDE, _BESIDE)
+    begin, end = time[index[:, :1]], time[index[:, -1:]]
+    is_after = np.broadcast_to(np.arange(size) >= _BESIDE, index.shape)
+    basis = np.concatenate([polyvander((2.0 * time[index] - begin - end) / (end - begin), 3), is_after[..., None]], 2)
+    transposed = basis.transpose(0, 2, 1)
+    covariance = np.linalg.inv(transposed @ basis + _RIDGE * np.eye(5))
+    factors = covariance @ transposed @ values[index][..., None]
+    left = values[index] - (basis @ factors)[..., 0]
+    scatter = np.sqrt(np.sum(left**2, axis=1) / (size - 5))
+    sizes[at] = factors[:, 4, 0]
+    studentized[at] = np.abs(sizes[at]) / (np.maximum(scatter, noise[at]) * np.sqrt(covariance[:, 4, 4]))
+    is_step = (studentized > _LIMIT) & (studentized == maximum_filter1d(studentized, 2 * size + 1))
+    return np.where(is_step, sizes, 0.0)
 
 
 def _among_neighbours(time: Array, values: Array, period: float | None) -> Mask:

@@ -20,6 +20,12 @@ _AT_RANDOM = 0.005
 _FROZEN = 10.0
 """One reading is repeated less than so many times as often as others in motion; longer, a joint is at rest."""
 _FEWEST = 20
+_STANDS = 4
+"""So many times as many equal readings as usual in the midst of motion are those of a sensor that stands still."""
+_ABRUPT = 3.0
+"""Motion that stops or begins at once changes by less than one part in so many in the moment beside that."""
+_CATCHES_UP = 2.0
+"""A rod's first move from rest is no more than this times the next one."""
 _REPEATED, _STEPS = 1.05, 100.0
 """Mean numbers of equal readings in fast motion between which they are repetitions; beyond, they are no angle's."""
 _LONGEST_LINE, _STRAIGHT, _MOVING = 20, 0.05, 0.2
@@ -29,7 +35,7 @@ _ALIKE = 1.05
 _JUMP = 0.5
 """A change by more than this share of all that the readings go through is not motion."""
 _STAYS = 3
-"""A jump back within so many samples is that of a spike."""
+"""A jump there and back within so many samples is that of a spike."""
 _LIKE = 0.02
 """Share by which a wrap may seem to differ from a power of two of the encoder's steps, or from a turn."""
 _FEWEST_WRAPS = 5
@@ -57,8 +63,17 @@ def new_readings(readings: Array, known: Mask, turns: Array) -> tuple[Mask, list
     the same anyway, as many are kept as in motion. Joints that are read together are new together. Readings change by
     `turns` (k,) in a full turn.
     """
+    known, together, still = known.copy(), bool(np.all(known == known[:, :1])), []
+    for column, has in zip(readings.T, known.T, strict=True):
+        stands = _stands(column[has])
+        has[has] = ~stands
+        times = np.count_nonzero(np.diff(stands, prepend=False) & stands)
+        words = f"stand still {times} times in the midst of motion (a sensor that freezes, or is at its limit?): "
+        still.append(f"{words}{np.count_nonzero(stands)} of them are left out" if times else "")
+    if together:
+        known[:] = np.all(known, axis=1, keepdims=True)
     columns = [column[has] for column, has in zip(readings.T, known.T, strict=True)]
-    together, said = bool(np.all(known == known[:, :1])), [""] * len(columns)
+    said = [""] * len(columns)
     changed = [np.flatnonzero(np.diff(column)) + 1 for column in columns]
     often = [_repeats(column, changes) for column, changes in zip(columns, changed, strict=True)]
     if together and max(often) == 1.0 and (found := _of_two_encoders(columns, turns)):
@@ -71,8 +86,8 @@ def new_readings(readings: Array, known: Mask, turns: Array) -> tuple[Mask, list
     fast = [_in_motion(column, changes) for column, changes in zip(columns, changed, strict=True)]
     if at_once:
         fast = [np.any(fast, axis=0)] * len(fast)
-    new, notes = known.copy(), []
-    for has, column, changes, moves, times, whose in zip(new.T, columns, changed, fast, often, said, strict=True):
+    notes = []
+    for has, column, changes, moves, times, whose in zip(known.T, columns, changed, fast, often, said, strict=True):
         if times > 1.0:
             kept = _spread(len(column), changes, moves, times)
             has[has] = kept
@@ -83,7 +98,38 @@ def new_readings(readings: Array, known: Mask, turns: Array) -> tuple[Mask, list
             has[has] = np.arange(len(column)) % every == first
             lines = f"lie on straight lines between one in {every}: the others are no measurements, and left out"
             notes.append(lines if every > 1 else "")
-    return new, notes
+    return known, ["; ".join(filter(None, both)) for both in zip(still, notes, strict=True)]
+
+
+def _stands(readings: Array) -> Mask:
+    """Return which readings (n,) are the one before over again as a sensor stands still, or is at its limit, in motion.
+
+    Motion stops there from one moment to the next, goes on so, or catches up: two of these. A rod that stops, sticks or
+    turns back slows down before, and gathers speed after it. Where readings repeat at random, none is told from these.
+    """
+    stands, moves = np.zeros(len(readings), dtype=bool), np.diff(readings)
+    starts = np.flatnonzero(moves) + 1
+    lengths, fast, step = np.diff(starts), _in_motion(readings, starts), encoder_step(readings)
+    in_motion = lengths[fast[:-1] & fast[1:]]
+    usual = float(np.median(in_motion)) if len(in_motion) >= _FEWEST else 1.0
+    # A moment is so many readings that motion shows beside the encoder's steps.
+    moment = int(np.ceil(max(usual, 2.0 * _FAST * step / max(np.mean(np.abs(moves)), SAME)))) if len(moves) else 1
+    first, last = starts[:-1], starts[1:]
+    tried = (lengths > usual) & (first >= 2 * moment) & (last < len(readings) - 2 * moment)
+    first, last, lengths = first[tried], last[tried], lengths[tried]
+
+    def is_abrupt(toward: int, at: Indices) -> Mask:
+        near, far = readings[at + toward] - readings[at], readings[at + 2 * toward] - readings[at + toward]
+        return np.asarray(np.abs(near) > np.maximum(_FAST * step, _ABRUPT * np.abs(far - near)))
+
+    jump, after = np.abs(readings[last] - readings[first]), np.abs(readings[last + moment] - readings[last])
+    catches_up = jump > np.maximum(_FAST * step, _CATCHES_UP * after)
+    odd = np.sum([is_abrupt(-moment, first), catches_up, is_abrupt(moment, last)], axis=0) >= 2
+    long = odd & (lengths >= _STANDS * moment)
+    if np.count_nonzero(odd & ~long & (lengths >= 2 * moment)) <= max(np.count_nonzero(long), _AT_RANDOM * len(starts)):
+        for begin, end in zip(first[long], last[long], strict=True):
+            stands[begin + 1 : end] = True
+    return stands
 
 
 def _of_two_encoders(columns: Sequence[Array], turns: Array) -> tuple[Array, str] | None:
@@ -169,8 +215,8 @@ def continuous(readings: Array) -> tuple[Array, float, str]:
         return readings, 0.0, ""
     sizes, jumps = [], []
     for at in np.flatnonzero(np.abs(steps) > _JUMP * np.ptp(readings)):
-        back = steps[at + 1 : at + 1 + _STAYS]
-        if 0 < at < len(steps) - 1 and not np.any(np.abs(back + steps[at]) < _JUMP * abs(steps[at])):
+        near = steps[max(0, at - _STAYS) : at + 1 + _STAYS]
+        if 0 < at < len(steps) - 1 and not np.any(np.abs(near + steps[at]) < _JUMP * abs(steps[at])):
             sizes.append(abs(steps[at] - 0.5 * (steps[at - 1] + steps[at + 1])))
             jumps.append(abs(steps[at]))
     if not sizes:

@@ -9,12 +9,13 @@ from scipy import ndimage
 
 from cdp_ident.arrays import Array, Mask
 from cdp_ident.errors import TrialError
+from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.trial.balance import WINDOW, Motion, motion_on_grid, over_windows
 from cdp_ident.trial.bursts import evened
 from cdp_ident.trial.joints import Piece, Samples, in_angles, model_angles
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.order import elapsed
-from cdp_ident.trial.outliers import TURN, outliers
+from cdp_ident.trial.outliers import TURN, outliers, steps
 from cdp_ident.trial.scales import PER_UNIT, Scales, sampling_step
 
 _FASTEST, _SAMPLED = 0.02, 0.5
@@ -22,7 +23,7 @@ _FASTEST, _SAMPLED = 0.02, 0.5
 _FEWEST_SAMPLES = 4
 """Samples in one unit of the motion's time scale below which its velocities cannot be estimated."""
 _TOLD = 3
-"""So many gaps, and steps back of the clock, are told with their places."""
+"""So many gaps, steps of readings, and steps back of the clock, are told with their places."""
 _REST_WINDOW = 8 * PER_UNIT
 _BURIED = 4.0
 """Motion of so many times the noise tells next to nothing beside the motion before it: minutes of it would be most of
@@ -43,7 +44,7 @@ class Recorded:
     pieces: tuple[Piece, ...]
     """Those that are long enough."""
     motions: tuple[Motion, ...]
-    """Of each piece, of the recorded joints."""
+    """Of each piece, of the recorded joints, without steps of lost counts."""
     moving: tuple[Mask, ...]
     """Of each motion, the windows (as many as `balance.windows` returns) that show it well."""
     notes: tuple[str, ...] = ()
@@ -84,7 +85,19 @@ def recorded_motion(samples: Samples, options: TrialOptions) -> Recorded:
             f"{len(time)} samples over {length:.2f} s hold no stretch of {shortest:.3g} s with {rules}; "
             f"{'; '.join(notes) or 'the recording is too short'}"
         )
-    measured = [(piece.time, piece.samples) for piece in pieces]
+    measured = []
+    for piece in pieces:
+        stepped = np.column_stack([steps(piece.time, angle) for angle in piece.samples.angles.T])
+        for joint, step in zip(JOINTS, stepped.T, strict=True):
+            places = np.flatnonzero(step)
+            shown = [f"{step[at]:.3g} rad at {piece.time[at]:.3f} s" for at in places[:_TOLD]]
+            more = " …" if len(places) > _TOLD else ""
+            notes += [f"readings of the {joint} joint step by {', '.join(shown)}{more} (lost counts?): kept"][
+                : len(shown)
+            ]
+        # What the angles mean and what acts on the rods is that of the motion, not of its readings.
+        angles = piece.samples.angles - np.cumsum(stepped, axis=0)
+        measured.append((piece.time, replace(piece.samples, angles=angles)))
     motions = tuple(motion_on_grid(time, of.angles, of.cart, scales, of.torques) for time, of in measured)
     moving = tuple(moving_windows(motion, options) for motion in motions)
     return Recorded(tuple(pieces), motions, moving, tuple(notes), tuple(outlying.tolist()))

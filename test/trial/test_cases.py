@@ -10,6 +10,7 @@ import pytest
 from rich.console import Console
 from scipy.interpolate import CubicSpline
 
+from cdp_ident.bag.reader import read_joint_states
 from cdp_ident.commands.import_csv import main as import_csv
 from cdp_ident.errors import BagError, TrialError
 from cdp_ident.pipeline.identifier import Identifier, Request
@@ -118,6 +119,52 @@ def off(trial):
         inside = (times > whole.start) & (times < whole.start + whole.duration)
         errors.append(np.sqrt(np.mean((trial.theta[inside] - motion(times[inside])) ** 2, axis=0)).max())
     return min(errors)
+
+
+def with_changes(make_bag, change):
+    """A bag like that of which the motion is known, with other readings (n, 2)."""
+    whole = read_joint_states(WHOLE, "joint_states")
+    positions = whole.positions[:, [whole.joints.index(joint) for joint in ("inner_joint", "outer_joint")]]
+    change(positions)
+    return make_bag(whole.stamps, positions)
+
+
+@pytest.mark.parametrize(("joints", "lasts"), [([0], 20), ([1], 8), ([0, 1], 5), ([0, 1], 40)])
+def test_readings_of_a_sensor_that_freezes_are_no_measurements(make_bag, joints, lasts):
+    def freeze(positions):
+        for at in (400, 900, 1300, 1900):
+            positions[at : at + lasts, joints] = positions[at, joints]
+
+    trial = load_trial(with_changes(make_bag, freeze))
+    assert off(trial) < 0.5e-3
+    assert trial.duration == pytest.approx(11.87, abs=0.03)
+    assert re.search("joint stand still [234] times in the midst of motion", "; ".join(trial.notes))
+
+
+@pytest.mark.parametrize(("joint", "counts"), [("outer", 20), ("outer", 400), ("inner", -100)])
+def test_lost_counts_cost_nothing_of_the_recording_and_are_kept(make_bag, joint, counts):
+    places, size = (700, 1300, 1900), counts * 2 * np.pi / 8000
+
+    def lose(positions):
+        for at in places:
+            positions[at:, int(joint == "outer")] += size
+
+    whole, trial = load_trial(WHOLE), load_trial(with_changes(make_bag, lose))
+    assert np.array_equal(trial.time, whole.time)
+    lost = size * np.searchsorted(places, np.round((trial.time + trial.start) / 0.005), side="right")
+    assert trial.theta - whole.theta == pytest.approx(np.outer(lost, [joint == "inner", 1.0]), abs=1e-6)
+    assert re.search(rf"readings of the {joint} joint step by .* at 3.500 s", "; ".join(trial.notes))
+
+
+@pytest.mark.parametrize("value", [9999.0, -1.0, 0.0])
+def test_a_number_in_place_of_missing_readings_is_left_out_and_no_wrap(make_bag, value):
+    def lose(positions):
+        positions[[300, 500, 801, 1100, 1500, 1800, 2100]] = value
+
+    trial = load_trial(with_changes(make_bag, lose))
+    assert off(trial) < 1e-6
+    assert "7 outliers" in "; ".join(trial.notes)
+    assert "wrap" not in "; ".join(trial.notes)
 
 
 @pytest.mark.parametrize(("dump", "said"), [("dump_a", ""), ("dump_b", "m1, groups.A23_over_A22, std.m1: results")])

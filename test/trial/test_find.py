@@ -15,7 +15,7 @@ from cdp_ident.trial.find import CART, FREE, HAND, REST, Part, choose_parts, fin
 from cdp_ident.trial.joints import Samples
 from cdp_ident.trial.meaning import balance_of
 from cdp_ident.trial.mechanisms import unexplained_beside
-from cdp_ident.trial.options import TrialOptions
+from cdp_ident.trial.options import UNITS, TrialOptions
 from cdp_ident.trial.recorded_motion import recorded_motion
 from reference.pendulum import TABLE_5, TIME, cart_position, motion
 
@@ -142,6 +142,16 @@ def test_one_pendulum_is_told_by_how_its_pivot_moves_whoever_drives_that(other, 
     joint = "inner" if exchanged else "outer"
     with pytest.raises(OtherMotionError, match=rf"one pendulum \(the {joint} column\) {pivot}"):
         find_trial(samples(other()[:, ::-1] if exchanged else other()), TrialOptions())
+
+
+@pytest.mark.parametrize("exchanged", [False, True])
+@pytest.mark.parametrize("other", [cart_and_pole, driven_cart])
+@pytest.mark.parametrize(("length", "angle"), [(1e3, "radians"), (2e4, "radians"), (1.0, "degrees"), (1e3, "degrees")])
+def test_a_cart_s_pendulum_is_told_in_any_unit_of_the_angle_and_of_the_way(other, exchanged, length, angle):
+    columns = samples(other(), noise=1e-4).angles * [length, 1.0 / UNITS[angle]]
+    joint = "inner" if exchanged else "outer"
+    with pytest.raises(OtherMotionError, match=rf"one pendulum \(the {joint} column\) on a cart.*\({angle}\)"):
+        find_trial(samples(columns[:, ::-1] if exchanged else columns, noise=0.0), TrialOptions())
 
 
 @pytest.mark.parametrize(("torques", "joint"), [((0.8, 0.0), "inner"), ((0.0, 0.4), "outer")])

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from cdp_ident.model.motions import simulate
 from cdp_ident.model.parameters import NOMINAL, physical_coefficients
-from cdp_ident.trial.outliers import TURN, outlier_words, outliers
+from cdp_ident.trial.outliers import TURN, outlier_words, outliers, steps
 
 TIME = np.arange(2000) / 200.0
 NOISE = 2e-3
@@ -131,3 +131,12 @@ def test_whatever_the_numbers_and_however_few_an_answer_comes(values):
 def test_how_many_and_where_is_said_in_words():
     assert outlier_words([3.412, *range(4, 15)], 1988) == "12 outliers (0.6 %) are left out, the first at 3.412 s"
     assert outlier_words([0.5], 999) == "1 outlier (0.1 %) is left out, at 0.500 s"
+
+
+@pytest.mark.parametrize("kink", [0.5, 5.0, 20.0])
+def test_a_step_that_stays_is_told_from_an_impulse_and_from_a_spike(kink):
+    knocked = measured(noise=2e-4, angles=OUTER + kink * np.maximum(0.0, TIME - 5.002))
+    assert not np.any(steps(TIME, knocked))
+    stepped = knocked + 0.1 * (TIME >= 3.0)
+    assert np.flatnonzero(steps(TIME, stepped)).tolist() == [600]
+    assert np.sum(steps(TIME, stepped)) == pytest.approx(0.1, abs=3e-3)

@@ -74,6 +74,15 @@ def test_rounding_repeats_readings_in_slow_motion_and_all_are_new(count):
     assert notes == [""]
 
 
+@pytest.mark.parametrize("rate", [1.0, 0.2])
+def test_a_joint_that_strikes_a_stop_and_rests_there_is_measured_all_the_while(rate):
+    at = np.arange(0.0, 13.0, 0.005 * rate) % 2.0
+    stops = np.select([at < 0.5, at < 1.0, at < 1.5], [(2.0 * at) ** 2, 1.0, 1.0 - (2.0 * at - 2.0) ** 2], 0.0)
+    new, notes = new_readings(np.round(stops / COUNT)[:, None] * COUNT, np.ones((len(at), 1), bool), TURNS[:1])
+    assert np.all(new)
+    assert notes == [""]
+
+
 @pytest.mark.parametrize("bits", [8, 10, 11, 16])
 def test_a_counter_of_few_bits_is_counted_on_and_known_up_to_its_range(bits):
     counts = np.round(SWING / COUNT - 3900).astype(int)
@@ -104,7 +113,8 @@ def test_degrees_that_wrap_are_continuous_and_full_turns_and_spikes_stay():
     assert note == "wrap after 360"
     spiked = SWING.copy()
     spiked[700] += 9.0
-    for readings in (SWING, spiked):
+    missing = np.where(np.arange(len(SWING)) % 200 == 100, 9999.0, SWING)
+    for readings in (SWING, spiked, missing):
         found, _, note = continuous(readings)
         assert found is readings
         assert note == ""
