@@ -19,6 +19,9 @@ _AT_RANDOM = 0.005
 """Readings repeat at random where more than this share of them does so more often than evenly read ones would."""
 _FROZEN = 10.0
 """One reading is repeated less than so many times as often as others in motion; longer, a joint is at rest."""
+_BY_CHANCE = 1.2
+"""Two encoders may turn by as many steps, or a spike be taken for rounding: less often than this, what is computed of
+both repeats by chance."""
 _FEWEST = 20
 _STANDS = 4
 """So many times as many equal readings as usual in the midst of motion are those of a sensor that stands still."""
@@ -146,7 +149,7 @@ def _of_two_encoders(columns: Sequence[Array], turns: Array) -> tuple[Array, str
     for of_inner, name in ((-inner, "less the inner joint's "), (inner, "plus the inner joint's ")):
         steps = np.diff(outer + of_inner, prepend=0.0)
         combined = np.cumsum(np.where(np.abs(steps) > rounding, steps, 0.0))
-        if _repeats(combined, np.flatnonzero(np.diff(combined)) + 1, rounding) > 1.0:
+        if _repeats(combined, np.flatnonzero(np.diff(combined)) + 1, rounding) > _BY_CHANCE:
             return combined, name
     return None
 
