@@ -186,8 +186,8 @@ def _at_instants(found: WholeSwings) -> Iterator[Score]:
         for joint, shock in by_joint.items():
             of = (e for e in known_effects() if e.at_an_instant and e.joint == joint and e.moves == moves)
             effect = next(of, None)
-            if effect is None:
-                continue
+            if effect is None or (not moves and abs(shock.size) < 0.5 * found.recorded.steps[JOINTS.index(joint)]):
+                continue  # what is less is rounding, of a joint that rests
             nothing = np.zeros(own), np.zeros((own, own))
             values = np.array([shock.size, shock.time])
             others = tuple(np.array(other) for other in shock.elsewhere)

@@ -144,11 +144,14 @@ def test_a_filter_of_first_order_is_proposed_for_an_encoder_that_is_late_and_fil
         assert neighbour.values[-1] == pytest.approx(late.values[-1])
 
 
-def test_a_slip_of_less_than_half_an_encoder_s_step_is_proposed():
+@pytest.mark.parametrize(("step", "proposed"), [(1e-4, True), (0.009, True), (0.011, False)])
+def test_lost_counts_below_half_an_encoder_s_step_are_not_proposed(step, proposed):
     trial = measured(motion(), np.random.default_rng(2))
     slipped = replace(trial, theta=trial.theta + 5e-3 * (TIME > 4.118)[:, None] * [0.0, 1.0])
-    found = fitted(recorded([slipped], steps=0.011))
-    assert "encoder_slip.outer" in [each.what[0] for each in additions(found, named_only=True)[0]]
+    found = fitted(recorded([slipped], steps=1e-4))
+    found = replace(found, recorded=replace(found.recorded, steps=np.full(2, step)))
+    neighbours, _ = additions(found, named_only=True)
+    assert ("encoder_slip.outer" in [neighbour.what[0] for neighbour in neighbours]) == proposed
 
 
 def test_modes_of_the_base_are_proposed_with_more_than_the_rods_mass_and_of_encoders_from_several_compliances(rubbing):
