@@ -23,6 +23,8 @@ _BY_CHANCE = 1.2
 """Two encoders may turn by as many steps, or a spike be taken for rounding: less often than this, what is computed of
 both repeats by chance."""
 _FEWEST = 20
+_SLOW = 0.25
+"""Motion below this share of its mean speed is not in the midst of it."""
 _STANDS = 4
 """So many times as many equal readings as usual in the midst of motion are those of a sensor that stands still."""
 _ABRUPT = 3.0
@@ -116,17 +118,20 @@ def _stands(readings: Array) -> Mask:
     in_motion = lengths[fast[:-1] & fast[1:]]
     usual = float(np.median(in_motion)) if len(in_motion) >= _FEWEST else 1.0
     # A moment is so many readings that motion shows beside the encoder's steps.
-    moment = int(np.ceil(max(usual, 2.0 * _FAST * step / max(np.mean(np.abs(moves)), SAME)))) if len(moves) else 1
+    mean = max(float(np.mean(np.abs(moves))), SAME) if len(moves) else SAME
+    moment = int(np.ceil(max(usual, 2.0 * _FAST * step / mean)))
+    # Where a rod turns back, an encoder with play stands still, too, and catches up by little.
+    least = max(_FAST * step, _SLOW * mean * moment)
     first, last = starts[:-1], starts[1:]
     tried = (lengths > usual) & (first >= 2 * moment) & (last < len(readings) - 2 * moment)
     first, last, lengths = first[tried], last[tried], lengths[tried]
 
     def is_abrupt(toward: int, at: Indices) -> Mask:
         near, far = readings[at + toward] - readings[at], readings[at + 2 * toward] - readings[at + toward]
-        return np.asarray(np.abs(near) > np.maximum(_FAST * step, _ABRUPT * np.abs(far - near)))
+        return np.asarray(np.abs(near) > np.maximum(least, _ABRUPT * np.abs(far - near)))
 
     jump, after = np.abs(readings[last] - readings[first]), np.abs(readings[last + moment] - readings[last])
-    catches_up = jump > np.maximum(_FAST * step, _CATCHES_UP * after)
+    catches_up = jump > np.maximum(least, _CATCHES_UP * after)
     odd = np.sum([is_abrupt(-moment, first), catches_up, is_abrupt(moment, last)], axis=0) >= 2
     long = odd & (lengths >= _STANDS * moment)
     if np.count_nonzero(odd & ~long & (lengths >= 2 * moment)) <= max(np.count_nonzero(long), _AT_RANDOM * len(starts)):
