@@ -92,9 +92,8 @@ def recorded_motion(samples: Samples, options: TrialOptions) -> Recorded:
             places = np.flatnonzero(step)
             shown = [f"{step[at]:.3g} rad at {piece.time[at]:.3f} s" for at in places[:_TOLD]]
             more = " …" if len(places) > _TOLD else ""
-            notes += [f"readings of the {joint} joint step by {', '.join(shown)}{more} (lost counts?): kept"][
-                : len(shown)
-            ]
+            if shown:
+                notes.append(f"readings of the {joint} joint step by {', '.join(shown)}{more} (lost counts?): kept")
         # What the angles mean and what acts on the rods is that of the motion, not of its readings.
         angles = piece.samples.angles - np.cumsum(stepped, axis=0)
         measured.append((piece.time, replace(piece.samples, angles=angles)))
