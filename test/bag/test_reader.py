@@ -10,8 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import zstandard
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from mcap.opcode import Opcode
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
@@ -20,45 +19,7 @@ from cdp_ident.bag.joint_state import HEAD_OFFSET, MESSAGE_TYPE, parse_layout, s
 from cdp_ident.bag.reader import read_joint_states
 from cdp_ident.bag.writer import BagWriter
 from cdp_ident.errors import BagError
-
-NAMES = ("inner_joint", "outer_joint")
-START = 1_700_000_000_000_000_000
-PERIOD = 5_000_000
-COUNT = 60
-STAMPS = START + PERIOD * np.arange(COUNT)
-POSITIONS = np.column_stack([np.linspace(0, 1, COUNT), np.linspace(3, -3, COUNT)])
-
-
-def fill(bag, stamps=STAMPS, positions=POSITIONS, names=NAMES, delay=1000, topic="/joint_states"):
-    with BagWriter(bag) as writer:
-        for stamp, position in zip(stamps.tolist(), positions, strict=True):
-            receipt = (stamp or START) + delay
-            writer.write(topic, MESSAGE_TYPE, receipt, serialize_joint_state(names, position, stamp))
-            writer.flush()
-    return bag
-
-
-def fill_sqlite(bag, count=COUNT):
-    with Writer(bag, version=9, storage_plugin=StoragePlugin.SQLITE3) as writer:
-        connection = writer.add_connection("/joint_states", MESSAGE_TYPE, typestore=typestore())
-        for stamp, position in zip(STAMPS[:count].tolist(), POSITIONS[:count], strict=True):
-            writer.write(connection, stamp, serialize_joint_state(NAMES, position, stamp))
-    return bag
-
-
-def publish(bag, *messages, topic="/joint_states"):
-    with BagWriter(bag) as writer:
-        for raw in messages:
-            writer.write(topic, MESSAGE_TYPE, START, raw)
-            writer.flush()
-    return bag
-
-
-def expect_all(recording):
-    assert recording.joints == NAMES
-    assert np.array_equal(recording.stamps, STAMPS)
-    assert np.array_equal(recording.positions, POSITIONS)
-    assert recording.notes == ()
+from scenarios.short_bags import COUNT, NAMES, PERIOD, POSITIONS, STAMPS, START, expect_all, fill, fill_sqlite, publish
 
 
 @pytest.mark.parametrize("storage", list(StoragePlugin))
@@ -102,19 +63,6 @@ def test_messages_still_in_sqlite_s_journal_are_read_and_the_bag_stays_as_it_is(
     assert np.array_equal(read_joint_states(bag, "joint_states").stamps, STAMPS[:2])
     assert {file.name: file.read_bytes() for file in bag.iterdir()} == before
     recorder.close()
-
-
-def test_a_killed_bag_is_read_up_to_its_last_complete_chunk_and_not_changed(tmp_path):
-    file = fill(tmp_path / "swing") / "swing_0.mcap"
-    content = file.read_bytes()[: file.stat().st_size // 3]
-    file.write_bytes(content)
-    (tmp_path / "swing" / "metadata.yaml").unlink()
-    recording = read_joint_states(tmp_path / "swing", "joint_states")
-    n = len(recording.stamps)
-    assert 5 < n < COUNT
-    assert np.array_equal(recording.positions, POSITIONS[:n])
-    assert "bytes at the end are not readable" in recording.notes[0]
-    assert file.read_bytes() == content
 
 
 def test_the_files_of_a_split_bag_are_read_in_order(tmp_path):
@@ -297,50 +245,6 @@ def test_a_relative_topic_is_the_one_that_the_bag_has_in_whatever_namespace(tmp_
     assert recording.notes[0] == "joint states are those on /rig1/joint_states"
 
 
-@pytest.fixture(scope="module")
-def contents(tmp_path_factory):
-    """The bytes of a good file of each kind."""
-    folder = tmp_path_factory.mktemp("good")
-    mcap = (fill(folder / "swing") / "swing_0.mcap").read_bytes()
-    return {
-        "swing.mcap": mcap,
-        "bag.db3": (fill_sqlite(folder / "bag") / "bag.db3").read_bytes(),
-        "swing.mcap.zstd": zstandard.compress(mcap),
-    }
-
-
-def cut_anywhere(data, content):
-    return content[: data.draw(st.integers(0, len(content)))]
-
-
-def with_changed_bytes(data, content):
-    changed = bytearray(content)
-    changes = st.tuples(st.integers(0, len(content) - 1), st.integers(0, 255))
-    for position, value in data.draw(st.lists(changes, min_size=1, max_size=8)):
-        changed[position] = value
-    return changed
-
-
-def with_random_bytes_behind_a_good_start(data, content):
-    return content[: data.draw(st.sampled_from([0, 8, 16, 100, 400]))] + data.draw(st.binary(max_size=300))
-
-
-@pytest.mark.parametrize("damaged", [cut_anywhere, with_changed_bytes, with_random_bytes_behind_a_good_start])
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(st.data())
-def test_a_damaged_file_is_read_or_refused(tmp_path, contents, damaged, data):
-    name = data.draw(st.sampled_from(sorted(contents)))
-    (tmp_path / name).write_bytes(damaged(data, contents[name]))
-    try:
-        recording = read_joint_states(tmp_path / name, "joint_states")
-    except BagError:
-        return
-    assert recording.positions.shape == (len(recording.stamps), len(recording.joints))
-    if name == "swing.mcap" and recording.joints == NAMES:
-        # What passed the checksums is what was written.
-        assert np.all(np.isin(recording.stamps, STAMPS))
-
-
 EFFORTS = [([], []), ([], [1.0, 2.0]), ([0.5, 0.5], [3.0, 4.0]), ([0.5, 0.5], []), ([], [9.0])]
 """Velocities and efforts of messages."""
 
@@ -353,69 +257,11 @@ def test_efforts_are_read_where_messages_have_as_many_as_positions(tmp_path):
     assert np.array_equal(found, [[np.nan, np.nan], [1, 2], [3, 4], [np.nan, np.nan], [np.nan, np.nan]], equal_nan=True)
 
 
-@pytest.mark.parametrize("seed", range(8))
-def test_whatever_bit_of_the_summary_flips_every_joint_state_is_read(tmp_path, seed):
-    """It only repeats what the chunks say, and nothing protects it."""
-    file = fill(tmp_path / "swing") / "swing_0.mcap"
-    content = file.read_bytes()
-    data_end = content.rindex(bytes([Opcode.DATA_END]) + struct.pack("<Q", 4), 0, len(content))
-    rng = np.random.default_rng(seed)
-    for _ in range(60):
-        damaged = bytearray(content)
-        damaged[rng.integers(data_end + 13, len(content))] ^= 1 << rng.integers(8)
-        file.write_bytes(damaged)
-        recording = read_joint_states(file, "joint_states")
-        assert np.array_equal(recording.positions, POSITIONS)
-
-
-def test_a_channel_that_only_the_summary_has_does_not_hide_that_of_the_data(tmp_path):
-    file = fill(tmp_path / "swing") / "swing_0.mcap"
-    content = file.read_bytes()
-    at = content.rindex(b"/joint_states") - 4 - 4  # channel and schema stand before the name and its length
-    file.write_bytes(content[:at] + struct.pack("<HH", 7, 9) + content[at + 4 :])
-    assert np.array_equal(read_joint_states(file, "joint_states").positions, POSITIONS)
-
-
 @pytest.mark.parametrize("name", ["pipe", "/dev/zero", "/dev/full"])
 def test_what_is_no_file_is_refused(tmp_path, name):
     os.mkfifo(tmp_path / "pipe")
     with pytest.raises(BagError, match="cannot be read"):
         read_joint_states(tmp_path / name, "joint_states")
-
-
-@pytest.mark.parametrize("place", [0, 1, 2])
-@pytest.mark.parametrize(
-    "bad",
-    [
-        Path.touch,
-        lambda path: path.write_bytes(b"\x00" * 100),
-        lambda path: path.write_bytes(b"SQLite format 3\0?"),
-        os.mkfifo,
-    ],
-    ids=["empty", "zeros", "broken", "pipe"],
-)
-def test_of_a_split_bag_with_a_bad_file_the_others_are_read_and_it_is_told(tmp_path, bad, place):
-    swing = tmp_path / "swing"
-    swing.mkdir()
-    for k in range(3):
-        part = fill(tmp_path / f"part{k}", STAMPS[20 * k : 20 * k + 20], POSITIONS[20 * k : 20 * k + 20])
-        (part / f"part{k}_0.mcap").rename(swing / f"swing_{k}.mcap")
-    (swing / f"swing_{place}.mcap").unlink()
-    bad(swing / f"swing_{place}.mcap")
-    recording = read_joint_states(swing, "joint_states")
-    kept = np.arange(COUNT) // 20 != place
-    assert np.array_equal(recording.stamps, STAMPS[kept])
-    assert np.array_equal(recording.positions, POSITIONS[kept])
-    (note,) = recording.notes
-    assert note.startswith(f"nothing more is read of swing_{place}.mcap")
-
-
-def test_a_split_bag_of_bad_files_alone_is_refused_and_says_why(tmp_path):
-    (tmp_path / "swing").mkdir()
-    for k in range(2):
-        (tmp_path / "swing" / f"swing_{k}.mcap").touch()
-    with pytest.raises(BagError, match=r"nothing more is read of swing_0\.mcap.*empty"):
-        read_joint_states(tmp_path / "swing", "joint_states")
 
 
 def test_hidden_files_of_other_systems_are_no_part_of_a_bag(tmp_path):
@@ -451,39 +297,3 @@ def test_names_of_topics_are_shown_without_what_commands_a_terminal(tmp_path):
         read_joint_states(publish(tmp_path / "swing", raw, topic="/\x1b[2J" + "x" * 10_000), "/joint_states")
     assert "\x1b" not in str(refused.value)
     assert len(str(refused.value)) < 1000
-
-
-def test_a_message_beside_the_chunks_which_no_checksum_protects_is_left_out_and_told(tmp_path):
-    """It lay in a chunk whose head is damaged, and may be damaged itself."""
-    (file,) = fill(tmp_path / "bag").glob("*.mcap")
-    content, place = file.read_bytes(), 8
-    while content[place] != Opcode.CHUNK:
-        place += 9 + struct.unpack_from("<Q", content, place + 1)[0]
-    wrong = struct.pack("<HIQQ", 1, 0, START, START) + serialize_joint_state(NAMES, [7.0, 7.0], START)
-    loose = struct.pack("<BQ", Opcode.MESSAGE, len(wrong)) + wrong
-    for at in (place, place + 9 + struct.unpack_from("<Q", content, place + 1)[0]):
-        file.write_bytes(content[:at] + loose + content[at:])
-        recording = read_joint_states(file, "joint_states")
-        assert np.array_equal(recording.positions, POSITIONS)
-        assert "1 messages beside the chunks, without a checksum, are left out" in recording.notes[0]
-
-
-@pytest.mark.parametrize("without", [[0], [1], [0, 1, 2]])
-def test_a_chunk_whose_checksum_damage_has_taken_is_left_out_unless_no_chunk_has_one(tmp_path, without):
-    (file,) = publish(
-        tmp_path / "bag", *(serialize_joint_state(NAMES, [number, 0.0], START + number) for number in range(3))
-    ).glob("*.mcap")
-    content, place, chunks = bytearray(file.read_bytes()), 8, list[int]()
-    while content[place] != Opcode.DATA_END:
-        if content[place] == Opcode.CHUNK:
-            chunks.append(place)
-        place += 9 + struct.unpack_from("<Q", content, place + 1)[0]
-    for chunk in without:
-        checksum = slice(chunks[chunk] + 9 + 24, chunks[chunk] + 9 + 28)
-        assert any(content[checksum])
-        content[checksum] = bytes(4)
-    file.write_bytes(content)
-    recording = read_joint_states(file, "joint_states")
-    kept = {0, 1, 2} if len(without) == 3 else {0, 1, 2} - set(without)
-    assert set(recording.positions[:, 0]) == kept
-    assert [note for note in recording.notes if "1 chunk(s) that are damaged" in note] or len(kept) == 3
