@@ -45,6 +45,8 @@ class Effect:
     """Whether its strength may be negative."""
     trial: int | None = None
     """For what happens once: in which of the trials."""
+    counted: bool = False
+    """Whether its strength is a whole number of an encoder's counts."""
     stopping: float | None = None
     """The strength with which the joint comes to rest when it is meant to, where that is how it is chosen."""
 
@@ -289,7 +291,7 @@ def _reading(name: str, joint: Joint, of: Occasion) -> Effect:
         trial, at = _once(of)
         return Effect(
             name, joint, "rad", 1e-5, 0.2, in_reading=lambda size: encoders.slip(joint, size, at), signed=True,
-            trial=trial,
+            counted=True, trial=trial,
         )  # fmt: skip
     if name == "backlash":
         return Effect(name, joint, "rad", 1e-5, 0.03, in_reading=lambda size: encoders.backlash(joint, size))

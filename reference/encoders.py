@@ -185,12 +185,16 @@ class Counter:
     @property
     def error(self) -> float:
         """Standard deviation of the whole error [rad]."""
-        return math.hypot(self.noise, 2.0 * math.pi / self.counts / math.sqrt(12.0))
+        return math.hypot(self.noise, self.step / math.sqrt(12.0))
+
+    @property
+    def step(self) -> float:
+        """Of one count [rad]."""
+        return 2.0 * math.pi / self.counts
 
     def count(self, joints: Array, rng: np.random.Generator) -> Array:
         """Return joints' angles (n, 2) as they are counted [rad]."""
         white = rng.normal(scale=self.noise, size=joints.shape)
         fresh = math.sqrt(1.0 - self.memory**2)
         added = lfilter([fresh], [1.0, -self.memory], white, axis=0, zi=(1.0 - fresh) * white[:1])[0]
-        step = 2.0 * math.pi / self.counts
-        return np.asarray(np.round((joints + added) / step) * step)
+        return np.asarray(np.round((joints + added) / self.step) * self.step)

@@ -145,6 +145,8 @@ def _of_strengths(
         strength = min((drawn if visible is None else visible) * noise / moved, effect.largest)
         if effect.stopping is not None:
             strength = effect.stopping
+        if effect.counted:
+            strength = setting.counter.step * max(1, round(strength / setting.counter.step))
         direction = rng.choice([-1.0, 1.0]) if effect.signed else 1.0
         hidden.append(Hidden(effect, float(direction * strength), float(strength * seen / noise)))
     return tuple(hidden)

@@ -81,9 +81,6 @@ class Identification:
     inertia: Inertia
     failure: str
     """Why no parameter means anything, in words; empty where the fit did not fail."""
-    repeatability: Repeatability | None
-    failures: tuple[str, ...] = ()
-    """What of the diagnosis could not be computed, in words."""
 
     @classmethod
     def of(
@@ -97,13 +94,9 @@ class Identification:
         failure: str = "",
     ) -> "Identification":
         """Diagnose a fitted model; see the fields."""
-        compared, failures = None, tuple[str, ...]()
-        try:
-            compared = repeatability(whole, {window.trial for window in data.fit}, data.names)
-        except (IdentificationError, np.linalg.LinAlgError) as error:
-            failures = (f"each trial alone: {error}",)
-        physical, inertia = _in_physical_units(options, fit, covariance)
-        return cls(options, data, search, whole, fit, covariance, physical, inertia, failure, compared, failures)
+        return cls(
+            options, data, search, whole, fit, covariance, *_in_physical_units(options, fit, covariance), failure
+        )
 
     def with_covariance(self, spread: Array) -> "Identification":
         """Return it with another covariance (unknowns, unknowns) of the fitted values, and what follows from that."""
@@ -114,6 +107,23 @@ class Identification:
     def enough(self) -> float:
         """Motion in which effects are looked for, where there is more [s]: what the user asks for, or what suffices."""
         return self.options.motion_for_effects or self.data.scales.enough
+
+    @cached_property
+    def _each_alone(self) -> tuple[Repeatability | None, tuple[str, ...]]:
+        try:
+            return repeatability(self.whole, {window.trial for window in self.data.fit}, self.data.names), ()
+        except (IdentificationError, np.linalg.LinAlgError) as error:
+            return None, (f"each trial alone: {error}",)
+
+    @property
+    def repeatability(self) -> Repeatability | None:
+        """Each trial's own estimate beside the joint one; None with one trial, or where it could not be computed."""
+        return self._each_alone[0]
+
+    @property
+    def failures(self) -> tuple[str, ...]:
+        """What of the diagnosis could not be computed, in words."""
+        return self._each_alone[1]
 
     @cached_property
     def length_by_motion(self) -> tuple[float, float]:

@@ -151,6 +151,13 @@ class GaussNewton:
             self.states = [old + share * (new - old) for old, new in zip(self.states, step.states, strict=True)]
         return self
 
+    def expected_misfit(self) -> float:
+        """Return the misfit that the next step would lead to if the motion were linear; infinite without a motion."""
+        try:
+            return self._misfit_with(self._noise) if self._linearise() else np.inf
+        except np.linalg.LinAlgError:
+            return np.inf
+
     def _linearise(self) -> bool:
         """Linearise the motion where the search is; return whether there is one."""
         fastest = _TURNS / self._recorded.time_unit
@@ -217,7 +224,7 @@ class GaussNewton:
                 tried += [(remembering, price)] * (not (of.is_white and remembering.is_white))
                 tried += [(late, price + SHOWN)] * (late.time > 0.0)
                 of_outer = late.sizes[1]
-        self._noise = min(tried, key=lambda one: self._misfit_with(one[0]) + one[1])[0]
+        self._noise = min(tried, key=lambda one: self._misfit_with(one[0]) + one[1])[0] if len(tried) > 1 else without
 
     @cached_property
     def _known(self) -> Known:

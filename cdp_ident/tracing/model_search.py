@@ -9,7 +9,7 @@ gives, all evidence shrinks by itself. What is imitated there, errors over windo
 """
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -33,10 +33,12 @@ from cdp_ident.tracing.neighbours import (
     extended_replacements,
     first,
     hides_more,
+    lasts,
     replacements,
+    scores_of,
     simplifications,
 )
-from cdp_ident.tracing.odds import cost, imitated
+from cdp_ident.tracing.odds import cost, imitated, unlikelihood
 from cdp_ident.tracing.over_windows import OverWindows
 from cdp_ident.tracing.selection import Step, Tried
 from cdp_ident.tracing.shaped_like import shaped_like_the_last
@@ -85,7 +87,7 @@ class ModelSearch:
         """Misfits that the fits of these were to beat: some were given up."""
         self.steps: list[Step] = []
         self.failures: list[str] = []
-        self._scored: tuple[WholeSwings, list[Neighbour], list[Score]] | None = None
+        self._scores: dict[int, tuple[WholeSwings, list[Score]]] = {}
         self.paper = self.best = self.fitted[_key(paper.model)] = paper
 
     def cost(self, found: WholeSwings) -> float:
@@ -112,7 +114,7 @@ class ModelSearch:
             InterruptedSearchError: the search is asked to stop.
         """
         while True:
-            neighbours = first(each for each in self._additions[0] if len(each.model.effects) <= _MOST_EFFECTS)
+            neighbours = first(e for e in additions(self.best, self.scores) if len(e.model.effects) <= _MOST_EFFECTS)
             extended = [*extended_models(self.best)]
             extended += [form for each in neighbours for form in extended_replacements(self.best, each, self.best)]
             # A score speaks for others.
@@ -130,14 +132,19 @@ class ModelSearch:
     @property
     def scores(self) -> list[Score]:
         """What each effect that the best model does not have would do for it."""
-        return self._additions[1]
+        return self._scores_of(self.best)
 
-    @property
-    def _additions(self) -> tuple[list[Neighbour], list[Score]]:
-        """See `additions`; of a model that is the best they are computed once."""
-        if self._scored is None or self._scored[0] is not self.best:
-            self._scored = self.best, *additions(self.best, self._named_only)
-        return self._scored[1:]
+    def _scores_of(self, found: WholeSwings) -> list[Score]:
+        """Return what each effect would do for a model; it is computed once."""
+        if id(found) not in self._scores:
+            self._scores[id(found)] = found, scores_of(found, self._named_only)
+        return self._scores[id(found)][1]
+
+    def _lasting(self, found: WholeSwings) -> list[Score]:
+        """Return the same of effects that last."""
+        if id(found) in self._scores:
+            return [score for score in self._scores_of(found) if lasts(score.active)]
+        return scores_of(found, self._named_only, lasting=True)
 
     def without(self, index: int) -> WholeSwings | None:
         """Return the best model without one of its effects; None where it cannot be fitted."""
@@ -216,8 +223,9 @@ class ModelSearch:
             return False
         origin = others[0]
         behind = origin.misfit - self.best.misfit
-        promising, _ = additions(origin, self._named_only, lasting=True, behind=behind)
-        instants = [each for each in first(self._additions[0]) if each.model.effects[-1].effect.at_an_instant]
+        promising = additions(origin, self._lasting(origin), behind)
+        present = first(additions(self.best, self.scores))
+        instants = [each for each in present if each.model.effects[-1].effect.at_an_instant]
         for key in {_key(each.model) for each in instants} & self.fitted.keys():
             self.fitted[key] = likelier_maximum(self.fitted[key])
         # What an extended model has more, unknown torques follow as well as it would.
@@ -245,7 +253,6 @@ class ModelSearch:
 
     def _spell_out(self, before: WholeSwings) -> None:
         """Try named effects in the place of a nonparametric torque, and extended models of those that are."""
-        named, tried, added = before, list[_Fitted](), tuple[str, ...]()
         alike, base = list[Neighbour](), self.best.values[: len(before.values)]
         try:
             for active, values in shaped_like_the_last(self.best):
@@ -253,16 +260,8 @@ class ModelSearch:
                 alike.append(Neighbour(before.model.with_effect(active), begins, (active.key,), before, again=True))
         except (np.linalg.LinAlgError, ValueError) as error:
             self.failures.append(f"effects like {self.best.model.effects[-1].key}: {error}")
-        for _ in range(SEVERAL):
-            neighbours, _ = additions(named, named_only=True)
-            better = self._better(named, [*alike, *first(neighbours)])
-            alike = []
-            if better is None:
-                better = self._better(named, [*extended_models(named)])
-            if better is None:
-                break
-            named, added = better[0], (*added, *better[1])
-            tried.append((named, added))
+        tried = [*self._grown(before, named_only=True, alike=alike)]
+        named, added = tried[-1] if tried else (before, ())
         if self.cost(named) < 0.0 and self._errors.explains(named, self.best):
             self._note(f"exchanged for {' and '.join(added)}", named, tried)
 
@@ -272,19 +271,14 @@ class ModelSearch:
         Of several effects each may explain little of the motion while the others are missing. Once they are there, each
         has to.
         """
-        ahead, added = min(self.fitted.values(), key=self.cost), tuple[str, ...]()
-        before, tried = self.best, list[_Fitted]()
-        while self.cost(ahead) < 0.0 and len(added) < SEVERAL:
-            better = self._better(ahead, [*first(additions(ahead, self._named_only)[0]), *extended_models(ahead)])
-            if better is None:
-                break
-            ahead, added = better[0], (*added, *better[1])
+        start, tried = min(self.fitted.values(), key=self.cost), list[_Fitted]()
+        for ahead, added in self._grown(start, self._named_only) if self.cost(start) < 0.0 else ():
             tried.append((ahead, added))
-            if self._errors.explains(ahead, before):
-                ahead = self._with_what_explains(ahead)
-                there = [active.effect.key for active in before.model.effects]
-                new = [active.key for active in ahead.model.effects if active.effect.key not in there]
-                self._note(f"added {' and '.join(new)}", ahead, tried)
+            if self._errors.explains(ahead, self.best):
+                kept = self._with_what_explains(ahead)
+                there = [active.effect.key for active in self.best.model.effects]
+                new = [active.key for active in kept.model.effects if active.effect.key not in there]
+                self._note(f"added {' and '.join(new)}", kept, tried)
                 return True
         return False
 
@@ -296,11 +290,24 @@ class ModelSearch:
                     return self._with_what_explains(simpler)
         return found
 
-    def _better(self, than: WholeSwings, neighbours: Sequence[Neighbour]) -> _Fitted | None:
-        """Return the most probable neighbour of a model, with what it has more; None where none is better."""
-        fitted = self._fit_all(neighbours, than.misfit)
-        best, what = min(fitted, key=lambda pair: cost(pair[0], than), default=(than, ()))
-        return (best, what) if cost(best, than) < 0.0 else None
+    def _grown(self, found: WholeSwings, named_only: bool, alike: Sequence[Neighbour] = ()) -> Iterator[_Fitted]:
+        """Yield a model with several effects more, one after the other, as long as each makes it more probable.
+
+        Args:
+            found: the model.
+            named_only: whether nonparametric torques are left out.
+            alike: neighbours of it besides those that scores propose.
+        """
+        added = tuple[str, ...]()
+        for _ in range(SEVERAL):
+            scored = [s for s in self._scores_of(found) if not (named_only and s.active.effect.curve)]
+            neighbours = [*alike, *first(additions(found, scored)), *extended_models(found)]
+            fitted = self._fit_all(neighbours, found.misfit)
+            better, what = min(fitted, key=lambda pair: cost(pair[0], found), default=(found, ()))
+            if cost(better, found) >= 0.0:
+                return
+            found, added, alike = better, (*added, *what), ()
+            yield found, added
 
     def _replace(self) -> bool:
         """Try other effects in the place of each one, their extended forms, and an extended model of another one."""
@@ -310,7 +317,7 @@ class ModelSearch:
             without = self.without(index)
             if without is None:
                 continue
-            others = first(replacements(self.best, index, without, self.scores, self._named_only))
+            others = first(replacements(self.best, index, without, self._lasting(without), self.scores))
             extended = [form for each in others for form in extended_replacements(self.best, each, without)]
             alternatives += [*others, *extended]
             alternatives += extended_models(without)
@@ -366,6 +373,12 @@ class ModelSearch:
                 noise = noise.with_torque_of_at_least(_AT_LEAST * self._recorded.large_torque)
             states = _states(each.origin, each.model)
             searches.append(GaussNewton(each.model, each.values, self._recorded, states, noise, CLOSE_ENOUGH))
+        if len(searches) > 1 and begun[0].shows_with_strength:
+            origin, odds = begun[0].origin.misfit, unlikelihood(begun[0].model.effects[-1], self._recorded)
+            expected = [search.expected_misfit() for search in searches]
+            if not min(expected) + odds < origin:
+                return _Fit(None, [])
+            searches = [one for one, misfit in zip(searches, expected, strict=True) if misfit < origin + _HOPELESS]
         found, failures = best_of(searches, to_beat + _HOPELESS)
         return _Fit(found, [f"{' and '.join(begun[0].what)}: {failure}" for failure in failures])
 

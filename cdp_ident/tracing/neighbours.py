@@ -62,6 +62,11 @@ class Neighbour:
         """Whether a score tells what its last effect does."""
         return self.model.effects[-1].effect.has_score
 
+    @property
+    def shows_with_strength(self) -> bool:
+        """Whether what its last effect does shows with a strength alone, and by its score where it begins with one."""
+        return self.model.effects[-1].effect.states > 0 and not self.is_scored
+
 
 def first(neighbours: Iterable[Neighbour]) -> list[Neighbour]:
     """Return the first neighbours, of a few effects."""
@@ -73,20 +78,16 @@ def first(neighbours: Iterable[Neighbour]) -> list[Neighbour]:
     return [each for of_effect in chosen.values() for each in of_effect]
 
 
-def additions(
-    found: WholeSwings, named_only: bool, lasting: bool = False, behind: float = 0.0
-) -> tuple[list[Neighbour], list[Score]]:
-    """Return the models with one effect more, the most promising first, and all effects' scores.
+def additions(found: WholeSwings, scored: Sequence[Score], behind: float = 0.0) -> Iterator[Neighbour]:
+    """Yield the models with one effect more, the most promising first.
 
     Args:
         found: a model.
-        named_only: see `_scores`.
-        lasting: see `_scores`.
+        scored: what effects would do for it, see `scores_of`.
         behind: by how much the misfit of another model is smaller already, which one of them is to beat.
     """
-    scored = _scores(found, named_only, lasting)
     best_named = min((score.misfit for score in scored if score.active.effect.curve is None), default=0.0)
-    neighbours, tried = list[Neighbour](), set[tuple[str, str]]()
+    tried = set[tuple[str, str]]()
     for score in scored:
         # A nonparametric torque takes long to fit: one is tried, and where names say less. Harmonics are one effect.
         effect = score.active.effect
@@ -96,9 +97,10 @@ def additions(
         if is_curve or effect.harmonic:
             tried.add(one_of_many)
         if worth and score.misfit + ambiguity(score.active, found.recorded) < _PROMISES - behind:
-            neighbours += [*_holding_both(found, score), _with(found, score.active, score.values)]
-            neighbours += [replace(_with(found, score.active, of), again=True) for of in score.elsewhere]
-    return neighbours, scored
+            yield from _holding_both(found, score)
+            yield _with(found, score.active, score.values)
+            for values in score.elsewhere:
+                yield replace(_with(found, score.active, values), again=True)
 
 
 def _holding_both(found: WholeSwings, score: Score) -> Iterator[Neighbour]:
@@ -120,13 +122,18 @@ def _holding_both(found: WholeSwings, score: Score) -> Iterator[Neighbour]:
                 yield replace(_instead(found, index, replace(active, effect=form), values), again=True)
 
 
-def _scores(found: WholeSwings, named_only: bool, lasting: bool = False) -> list[Score]:
+def lasts(active: ActiveEffect) -> bool:
+    """Return whether an effect acts in all trials, at all times and places, and brings no states of its own."""
+    return active.trial is None and not active.effect.brings_states and not active.effect.is_local
+
+
+def scores_of(found: WholeSwings, named_only: bool, lasting: bool = False) -> list[Score]:
     """Return what each effect would do for a model, its best form alone, the best first with its odds.
 
     Args:
         found: the model.
         named_only: whether nonparametric torques are left out.
-        lasting: whether what happens at an instant is left out, and what brings states of its own.
+        lasting: whether effects alone are asked for that last, see `lasts`.
     """
     present, unit = [active.effect for active in found.model.effects], found.recorded.time_unit
     allowed = [e for e in known_effects() if not any(_in_the_way(e, other) for other in present)]
@@ -304,7 +311,7 @@ def _beginnings(found: WholeSwings, known: Mapping[str, float], effect: Effect) 
 
 
 def replacements(
-    found: WholeSwings, index: int, without: WholeSwings, beside: Sequence[Score], named_only: bool
+    found: WholeSwings, index: int, without: WholeSwings, scored: Sequence[Score], beside: Sequence[Score]
 ) -> Iterator[Neighbour]:
     """Yield models in which another effect takes the place of one, the most promising first.
 
@@ -314,16 +321,18 @@ def replacements(
         found: a model.
         index: of the effect.
         without: the model without it.
-        beside: what others would do beside it.
-        named_only: whether nonparametric torques are left out.
+        scored: what effects that last would do for that one, see `scores_of`.
+        beside: what effects would do for the model itself.
     """
-    own, scored = found.model.effects[index].effect, _scores(without, named_only, lasting=True)
+    own = found.model.effects[index].effect
     of_own = min((score.misfit for score in scored if score.active.effect == own), default=0.0)
     with_own = {score.active.key: min(score.misfit, 0.0) for score in beside}
     for score in scored:
         effect = score.active.effect
         in_its_place = score.misfit - with_own.get(score.active.key, 0.0)
         least = of_own if effect.curve is not None else _ALTERNATIVES * of_own
+        if effect.curve is not None and not hides_more(found):
+            continue  # there is nothing more that it could explain
         if effect != own and in_its_place < min(least, _PROMISES):
             yield _with(without, score.active, score.values)
 

@@ -16,7 +16,7 @@ from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.effects.effect import Effect
 from cdp_ident.tracing.certainty import certainties, not_distinguished, probabilities
 from cdp_ident.tracing.model_search import InterruptedSearchError, ModelSearch
-from cdp_ident.tracing.neighbours import Neighbour, additions, hidden_by_torques
+from cdp_ident.tracing.neighbours import Neighbour, hidden_by_torques, scores_of
 from cdp_ident.tracing.over_windows import OverWindows
 from cdp_ident.tracing.selection import Selection, Step
 
@@ -90,11 +90,10 @@ def withdrawn_from(selection: Selection, named_only: bool) -> Selection:
         named_only: whether nonparametric torques are left out.
     """
     paper = selection.before
-    _, scored = additions(paper, named_only)
     last = Step("withdrawn, as held-out motion is predicted worse", 0.0, ())
     return replace(
         selection, after=paper, steps=(*selection.steps, last), without=(), probability=(), also_possible=(),
-        certainty=(), scores=tuple(scored),
+        certainty=(), scores=tuple(scores_of(paper, named_only)),
     )  # fmt: skip
 
 

@@ -11,7 +11,7 @@ from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.likelihood.scores import Score
 from cdp_ident.model.effects.curves import CURVES
 from cdp_ident.tracing.in_doubt import added_covariance, effects_in_doubt
-from cdp_ident.tracing.neighbours import additions
+from cdp_ident.tracing.neighbours import scores_of
 from scenarios.swings import TRUE, fitted, known, measured, motion, recorded
 
 C2 = 4
@@ -27,7 +27,7 @@ def swing(friction, seed):
 
 
 def in_doubt_of(found):
-    _, scored = additions(found, named_only=True)
+    scored = scores_of(found, named_only=True)
     return effects_in_doubt(scored)
 
 

@@ -20,6 +20,7 @@ from cdp_ident.tracing.neighbours import (
     extended_replacements,
     hidden_by_torques,
     replacements,
+    scores_of,
     simplifications,
 )
 from cdp_ident.tracing.odds import unlikelihood
@@ -46,12 +47,13 @@ def with_curve(rubbing):
 
 
 def test_the_hidden_effect_s_score_is_first_and_so_is_its_model_and_scores_come_once_for_each_the_best_first(rubbing):
-    neighbours, scored = additions(rubbing, named_only=True)
+    scored = scores_of(rubbing, named_only=True)
+    neighbours = list(additions(rubbing, scored))
     assert scored[0].active.effect.key == DRY
     assert neighbours[0].what == (DRY,)
     assert neighbours[0].model.labels == (DRY,)
     np.testing.assert_array_equal(neighbours[0].values, [*rubbing.values, *scored[0].values])
-    _, scored = additions(rubbing, named_only=False)
+    scored = scores_of(rubbing, named_only=False)
     keys = [(score.active.effect.key, score.active.trial) for score in scored]
     assert len(keys) == len(set(keys))
     costs = [score.misfit + unlikelihood(score.active, rubbing.recorded) for score in scored]
@@ -59,16 +61,18 @@ def test_the_hidden_effect_s_score_is_first_and_so_is_its_model_and_scores_come_
 
 
 def test_nothing_is_proposed_where_nothing_is_hidden(clean):
-    neighbours, scored = additions(clean, named_only=False)
+    scored = scores_of(clean, named_only=False)
+    neighbours = list(additions(clean, scored))
     assert neighbours == []
     assert scored
 
 
 def test_a_curve_has_a_score_only_where_it_may_be_named_a_curve_and_in_a_joint_where_a_torque_is_missing(rubbing):
-    _, named = additions(rubbing, named_only=True)
+    named = scores_of(rubbing, named_only=True)
     assert not any(score.active.effect.curve for score in named)
     assert rubbing.is_missing.tolist() == [False, True]
-    neighbours, any_torque = additions(rubbing, named_only=False)
+    any_torque = scores_of(rubbing, named_only=False)
+    neighbours = list(additions(rubbing, any_torque))
     curves = [score for score in any_torque if score.active.effect.curve]
     assert {score.active.effect.joint for score in curves} == {"outer"}
     # Of several torques without a name one is proposed.
@@ -77,12 +81,12 @@ def test_a_curve_has_a_score_only_where_it_may_be_named_a_curve_and_in_a_joint_w
 
 
 def test_an_effect_that_is_there_is_not_proposed_again_nor_another_form_of_it(with_friction):
-    _, scored = additions(with_friction, named_only=True)
+    scored = scores_of(with_friction, named_only=True)
     assert DRY not in [score.active.effect.key for score in scored]
 
 
 def test_a_curve_over_an_angle_excludes_what_depends_on_its_joint_s_angle_alone(with_curve):
-    _, scored = additions(with_curve, named_only=True)
+    scored = scores_of(with_curve, named_only=True)
     assert not any(score.active.effect.joint == "outer" and score.active.effect.of_angle for score in scored)
     assert any(score.active.effect.joint == "inner" and score.active.effect.of_angle for score in scored)
 
@@ -91,7 +95,7 @@ def test_a_joint_may_have_several_harmonics(rubbing):
     harmonic = next(e for e in known_effects() if e.harmonic and e.joint == "outer" and e.moves)
     count = len(ActiveEffect(harmonic).fitted)
     found = with_effect(rubbing, harmonic.key, *np.full(count, 1e-3))
-    _, scored = additions(found, named_only=True)
+    scored = scores_of(found, named_only=True)
     effects = [score.active.effect for score in scored]
     others = [e.key for e in effects if (e.name, e.joint) == (harmonic.name, "outer")]
     assert others
@@ -125,7 +129,7 @@ def test_an_encoder_that_is_early_is_behind_no_filter_but_the_other_one_may_be(r
 
 
 def test_an_extended_model_that_has_a_score_is_proposed_in_the_place_of_what_it_contains(rubbing):
-    _, scored = additions(with_effect(rubbing, DRY, 5e-3), named_only=True)
+    scored = scores_of(with_effect(rubbing, DRY, 5e-3), named_only=True)
     found = {score.active.effect.key for score in scored}
     assert any(known(key).contains == "coulomb_friction" for key in found)
 
@@ -137,7 +141,7 @@ def test_a_filter_of_first_order_is_proposed_for_an_encoder_that_is_late_and_fil
     filtered = replace(trial, theta=trial.theta + np.outer(behind - outer, [0.0, 1.0]))
     late = with_effect(fitted(recorded([filtered])), "time_offset.outer", 0.02)
     key = "encoder_filter.outer.first order"
-    proposed = [each for each in additions(late, named_only=True)[0] if each.what == (key,)]
+    proposed = [each for each in additions(late, scores_of(late, named_only=True)) if each.what == (key,)]
     assert proposed
     for neighbour in proposed:
         assert [active.effect.key for active in neighbour.model.effects] == list(neighbour.what)
@@ -150,7 +154,7 @@ def test_lost_counts_below_half_an_encoder_s_step_are_not_proposed(step, propose
     slipped = replace(trial, theta=trial.theta + 5e-3 * (TIME > 4.118)[:, None] * [0.0, 1.0])
     found = fitted(recorded([slipped], steps=1e-4))
     found = replace(found, recorded=replace(found.recorded, steps=np.full(2, step)))
-    neighbours, _ = additions(found, named_only=True)
+    neighbours = additions(found, scores_of(found, named_only=True))
     assert ("encoder_slip.outer" in [neighbour.what[0] for neighbour in neighbours]) == proposed
 
 
@@ -197,7 +201,7 @@ def test_what_one_trial_has_more_than_the_others_is_proposed_of_effects_that_are
     trials = [measured(motion(start, dry=dry), rng) for start, dry in (((1.5, 1.2), 4e-4), ((1.4, 1.9), 8e-4))]
     found = fitted(recorded(trials))
     found = with_effect(found, DRY, 6e-3)
-    proposed = {(s.active.effect.key, s.active.trial) for s in additions(found, named_only=True)[1]}
+    proposed = {(s.active.effect.key, s.active.trial) for s in scores_of(found, named_only=True)}
     assert (DRY, 1) in proposed
     assert (DRY, 0) not in proposed  # it has less
     active = ActiveEffect(known(DRY), trial=1)
@@ -205,24 +209,24 @@ def test_what_one_trial_has_more_than_the_others_is_proposed_of_effects_that_are
     of_all = unlikelihood(ActiveEffect(known(DRY)), found.recorded)
     assert unlikelihood(active, found.recorded) == pytest.approx(of_all + 2.0 * np.log(2.0))
     again = with_effect(found, DRY, 1e-3, trial=1)
-    assert not [s for s in additions(again, named_only=True)[1] if s.active == active]
+    assert not [s for s in scores_of(again, named_only=True) if s.active == active]
     assert not [each for each in extended_models(again) if each.model.effects[-1].trial == 1]
 
 
 def test_in_the_place_of_an_effect_others_begin_from_the_model_without_it_but_what_does_as_much_beside_it(rubbing):
     found = with_effect(rubbing, "joint_spring.outer", *np.zeros(len(known("joint_spring.outer").parameters)))
-    alternatives = list(replacements(found, 0, rubbing, beside=[], named_only=True))
+    alternatives = list(replacements(found, 0, rubbing, scores_of(rubbing, named_only=True), beside=[]))
     assert alternatives[0].what == (DRY,)
     for alternative in alternatives:
         assert "joint_spring.outer" not in alternative.model.labels
         np.testing.assert_array_equal(alternative.values[:5], rubbing.values)
-    _, beside = additions(rubbing, named_only=True)
+    beside = scores_of(rubbing, named_only=True)
     assert DRY in [score.active.effect.key for score in beside]
-    assert not list(replacements(found, 0, rubbing, beside, named_only=True))
+    assert not list(replacements(found, 0, rubbing, scores_of(rubbing, named_only=True), beside))
 
 
 def test_what_takes_an_effect_s_place_may_do_so_in_its_extended_forms_where_a_torque_is_missing(rubbing, with_friction):
-    dry = additions(rubbing, named_only=True)[0][0]
+    dry = next(additions(rubbing, scores_of(rubbing, named_only=True)))
     assert dry.what == (DRY,)
     forms = list(extended_replacements(rubbing, dry, rubbing))
     kinds = ("stribeck_friction", "drifting_friction", "presliding_friction")
@@ -247,7 +251,9 @@ def test_a_stop_that_a_joint_hits_once_may_be_what_an_impulse_is_taken_for(rubbi
 
 
 def test_an_instant_takes_the_place_of_nothing(rubbing, with_friction):
-    alternatives = replacements(with_friction, 0, rubbing, beside=[], named_only=False)
+    alternatives = replacements(
+        with_friction, 0, rubbing, scores_of(rubbing, named_only=False, lasting=True), beside=[]
+    )
     assert not any(active.effect.at_an_instant for alternative in alternatives for active in alternative.model.effects)
 
 

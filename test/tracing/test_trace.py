@@ -14,7 +14,7 @@ from cdp_ident.pipeline.identify import identify
 from cdp_ident.tracing import final_model
 from cdp_ident.tracing import trace as tracing
 from cdp_ident.tracing.final_model import is_worse
-from cdp_ident.tracing.neighbours import additions
+from cdp_ident.tracing.neighbours import scores_of
 from cdp_ident.tracing.select_effects import select_effects
 from cdp_ident.tracing.trace import judged, trace
 from scenarios.twin import TEN_SECONDS, twin
@@ -158,7 +158,7 @@ def test_zeros_of_each_trial_are_kept_where_no_effect_is_found(identified):
     covariance = np.pad(paper.covariance, (0, 4)) + np.diag([0.0] * len(paper.values) + [1e-8] * 4)
     chosen = replace(paper, model=model, values=values, covariance=covariance)
     selection = replace(
-        select_effects(identified, stop=lambda: True), after=chosen, scores=tuple(additions(chosen, named_only=True)[1])
+        select_effects(identified, stop=lambda: True), after=chosen, scores=tuple(scores_of(chosen, named_only=True))
     )
     found = judged(identified, selection, (), lambda line: None)
     assert found.completed.fit.model.zeros == (0, 1)
