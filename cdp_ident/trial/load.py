@@ -35,8 +35,7 @@ def load_trial(bag: Path, options: TrialOptions | None = None) -> Trial:
             weights in the bag's metadata are not possible.
     """
     options = options or TrialOptions()
-    recording = in_measured_time(read_joint_states(bag, options.topic), options)
-    recording, clock, clock_notes = in_device_time(recording)
+    recording = in_device_time(in_measured_time(read_joint_states(bag, options.topic), options))
     try:
         samples, notes = select_joints(recording, options)
         trial = find_trial(in_right_ranges(samples, options), options).trial
@@ -44,8 +43,8 @@ def load_trial(bag: Path, options: TrialOptions | None = None) -> Trial:
         there = [f"joints: {shown(', '.join(recording.joints))}"] if isinstance(error, OtherMotionError) else []
         raise TrialError("; ".join([f"{shown(bag)}: {error}", *there, *recording.notes])) from error
     weights, weight_notes = _recorded_weights(bag)
-    notes = [*recording.notes, *weight_notes, *clock_notes, *notes, *trial.notes]
-    return replace(trial, name=recording.name, notes=tuple(notes), clock=clock, weights=weights)
+    said = (*recording.notes, *weight_notes, *notes, *trial.notes)
+    return replace(trial, name=recording.name, notes=said, clock=recording.device_rate, weights=weights)
 
 
 def _recorded_weights(bag: Path) -> tuple[tuple[Weight, ...], list[str]]:
