@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from cdp_ident.bag.metadata import read_custom_data
+from cdp_ident.bag.metadata import Metadata
 from cdp_ident.bag.reader import read_joint_states
 from cdp_ident.errors import OptionError, OtherMotionError, TrialError
 from cdp_ident.model.weights import ADDED, Weight, weights_of
@@ -52,14 +52,14 @@ def _recorded_weights(bag: Path) -> tuple[tuple[Weight, ...], list[str]]:
 
     Raises TrialError where they are not possible.
     """
-    custom, problem = read_custom_data(bag)
-    notes = [problem] if problem else []
-    if "salvaged" in custom:
+    metadata = Metadata.of(bag)
+    notes = [metadata.problem] if metadata.problem else []
+    if "salvaged" in metadata.custom_data:
         notes.append(
             "the recorder was killed: whether weights were on the rods is not known; trials.<bag>.added tells it"
         )
     try:
-        given = json.loads(custom.get(ADDED) or "{}")
+        given = json.loads(metadata.custom_data.get(ADDED) or "{}")
     except (ValueError, RecursionError) as error:
         raise TrialError(f"{bag}: '{ADDED}' in its metadata is not JSON: {error}") from error
     if not isinstance(given, Mapping):
