@@ -56,7 +56,9 @@ def read_joint_states(bag: Path, topic: str) -> JointRecording:
 def _read(bag: Path, asked: str) -> JointRecording:
     files, metadata, notes = _recorded_files(bag)
     topics = tuple(f"/{name.lstrip('/')}" for name in asked.split())
-    contents = _Contents(topics, JointStates(bag), DeviceMessages(), Budget(bag, sum(map(_size, files))))
+    # What is wrong with a file is told where it is opened.
+    size = sum(file.stat().st_size for file in files if file.exists())
+    contents = _Contents(topics, JointStates(bag), DeviceMessages(), Budget(bag, size))
     topic, joints = " ".join(topics), contents.joints
     for file in files:
         try:
@@ -208,13 +210,6 @@ class _Contents:
                 self.joints.add(receipt, data)
             elif topic in self.topics:
                 self.joints.drop(f"are encoded as {encoding[:20]}: expected cdr{_CONVERT.get(encoding, '')}")
-
-
-def _size(file: Path) -> int:
-    try:
-        return file.stat().st_size
-    except OSError:  # it is told where the file is opened
-        return 0
 
 
 def _nothing(bag: Path, contents: _Contents, others: list[str]) -> str:
