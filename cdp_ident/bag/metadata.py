@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """`metadata.yaml` of a rosbag2 folder, in the version that ROS 2 Jazzy writes, and what a recorder wrote into it."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -63,48 +64,56 @@ def read_offered(text: str) -> Sequence[QosProfile]:
     return offered if usable else OFFERED_QOS_PROFILES
 
 
-def read_information(bag: Path) -> tuple[dict[str, Any], str]:
-    """Return what a bag's `metadata.yaml` holds under `INFORMATION`, and in words why it cannot be read.
-
-    A bag without metadata gives none. Of a single file those of its folder are taken. They may come from anyone: a
-    value may be of any type.
-    """
-    path = (bag if bag.is_dir() else bag.parent) / METADATA_FILE
-    if not path.is_file():
-        return {}, ""
-    try:
-        content = read_yaml(path)
-    except (OSError, ValueError) as error:
-        return {}, f"{METADATA_FILE} cannot be read, so what it says of the trial is not known: {error}"
-    information = content.get(INFORMATION) if isinstance(content, dict) else None
-    return (information if isinstance(information, dict) else {}), ""
-
-
 @dataclass(frozen=True)
-class Origin:
-    """Where and when a bag was recorded, as far as its metadata say."""
+class Metadata:
+    """What the metadata of a bag say, as far as they do; they may come from anyone: a value may be of any type."""
 
-    rig: str
-    """The name that the recorder wrote; empty where it wrote none."""
-    start_ns: int | None
-    """Time of the first message [ns since the epoch]."""
+    information: Mapping[str, Any]
+    """What stands under `INFORMATION`; nothing where there are no metadata."""
+    problem: str = ""
+    """Why they cannot be read, in words."""
 
+    @classmethod
+    def of(cls, bag: Path) -> "Metadata":
+        """Read those of a bag; of a single file those of its folder are taken."""
+        path = (bag if bag.is_dir() else bag.parent) / METADATA_FILE
+        try:
+            content = read_yaml(path) if path.is_file() else None
+        except (OSError, ValueError) as error:
+            return cls({}, f"{METADATA_FILE} cannot be read, so what it says of the trial is not known: {error}")
+        information = content.get(INFORMATION) if isinstance(content, dict) else None
+        return cls(information if isinstance(information, dict) else {})
 
-def read_custom_data(bag: Path) -> tuple[dict[str, str], str]:
-    """Return the custom data of a bag's metadata, and in words why they could not be read, if they are there."""
-    information, problem = read_information(bag)
-    custom = information.get("custom_data")
-    if not isinstance(custom, dict):
-        return {}, problem
-    return {key: value for key, value in custom.items() if isinstance(key, str) and isinstance(value, str)}, problem
+    @property
+    def custom_data(self) -> dict[str, str]:
+        """What the recorder wrote beside what all bags have."""
+        custom = self.information.get("custom_data")
+        pairs = custom.items() if isinstance(custom, dict) else ()
+        return {key: value for key, value in pairs if isinstance(key, str) and isinstance(value, str)}
 
+    @cached_property
+    def rig(self) -> str:
+        """The name of the rig that the recorder wrote, fit to be shown; empty where it wrote none."""
+        name = self.custom_data.get(RIG_NAME, UNKNOWN)
+        return shown(name, _LONGEST_NAME) if name != UNKNOWN else ""
 
-def origin_of(bag: Path) -> Origin:
-    """Return the origin of a bag; its name is fit to be shown."""
-    name = read_custom_data(bag)[0].get(RIG_NAME, UNKNOWN)
-    start = read_information(bag)[0].get("starting_time")
-    stamp = start.get("nanoseconds_since_epoch") if isinstance(start, dict) else None
-    return Origin(
-        shown(name, _LONGEST_NAME) if name != UNKNOWN else "",
-        stamp if type(stamp) is int and 0 <= stamp <= _LATEST_NS else None,
-    )
+    @property
+    def start_ns(self) -> int | None:
+        """Time of the first message [ns since the epoch]."""
+        start = self.information.get("starting_time")
+        stamp = start.get("nanoseconds_since_epoch") if isinstance(start, dict) else None
+        return stamp if type(stamp) is int and 0 <= stamp <= _LATEST_NS else None
+
+    @property
+    def files(self) -> set[str]:
+        """The names of the bag's files."""
+        paths = self.information.get("relative_file_paths")
+        return {Path(path).name for path in paths if isinstance(path, str)} if isinstance(paths, list) else set()
+
+    def count(self, topics: Collection[str]) -> int:
+        """Return how many messages of some topics there are; 0 where that is not said."""
+        stated = self.information.get("topics_with_message_count") or []
+        try:
+            return sum(int(of["message_count"]) for of in stated if of["topic_metadata"]["name"] in topics)
+        except (TypeError, KeyError, ValueError, OverflowError):
+            return 0

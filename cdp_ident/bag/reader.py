@@ -6,12 +6,11 @@ from __future__ import annotations
 
 import shutil
 from collections import Counter
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 import zstandard
 
@@ -19,7 +18,7 @@ from cdp_ident.bag.joint_recording import DeviceMessages, JointRecording, JointS
 from cdp_ident.bag.joint_state import MESSAGE_TYPE
 from cdp_ident.bag.limits import LARGEST_WINDOW, Budget
 from cdp_ident.bag.mcap_scan import McapScan
-from cdp_ident.bag.metadata import METADATA_FILE, read_information
+from cdp_ident.bag.metadata import METADATA_FILE, Metadata
 from cdp_ident.bag.sqlite_scan import sqlite_messages, sqlite_topics
 from cdp_ident.errors import BagError
 from cdp_ident.files import open_regular
@@ -55,9 +54,11 @@ def read_joint_states(bag: Path, topic: str) -> JointRecording:
 
 
 def _read(bag: Path, asked: str) -> JointRecording:
-    files, stated, notes = _recorded_files(bag)
+    files, metadata, notes = _recorded_files(bag)
     topics = tuple(f"/{name.lstrip('/')}" for name in asked.split())
-    contents = _Contents(topics, JointStates(bag), DeviceMessages(), Budget(bag, sum(map(_size, files))))
+    # What is wrong with a file is told where it is opened.
+    size = sum(file.stat().st_size for file in files if file.exists())
+    contents = _Contents(topics, JointStates(bag), DeviceMessages(), Budget(bag, size))
     topic, joints = " ".join(topics), contents.joints
     for file in files:
         try:
@@ -75,7 +76,7 @@ def _read(bag: Path, asked: str) -> JointRecording:
     others = [name for name in suitable if name not in topics and contents.counts[name]]
     if not len(joints):
         raise BagError("; ".join([_nothing(bag, contents, others), *map(shown, notes)]))
-    here, there = sum(contents.counts[name] for name in topics), _stated_count(stated, topics)
+    here, there = sum(contents.counts[name] for name in topics), metadata.count(topics)
     notes += [f"{there - here} of the {there} messages that {METADATA_FILE} counts are missing"] if here < there else []
     notes += [f"joint states on {shown(', '.join(others))} are not read"] if others else []
     return contents.devices.added_to(joints.recording(bag_name(bag), topic, notes))
@@ -111,23 +112,24 @@ def storage_files(bag: Path) -> list[Path]:
     return sorted(files, key=lambda file: (len(file.name), file.name))
 
 
-def _recorded_files(bag: Path) -> tuple[list[Path], dict[str, Any], list[str]]:
+def _recorded_files(bag: Path) -> tuple[list[Path], Metadata, list[str]]:
     """Return the files of a bag that are read, what `metadata.yaml` says of all of it, and what to say of other files.
 
     They are those that it names. Where it names none that is there, the files were given other names.
     """
     files = storage_files(bag)
     if not bag.is_dir() and bag.name != METADATA_FILE:
-        return files, {}, []
-    information, _ = read_information(bag)
-    paths = information.get("relative_file_paths")
-    named = {Path(path).name for path in paths if isinstance(path, str)} if isinstance(paths, list) else set[str]()
+        return files, Metadata({}), []
+    metadata = Metadata.of(bag)
     # Older recorders name a file as it was before they compressed it.
-    there = {file: {file.name, file.name.removesuffix(".zstd")} & named for file in files}
+    there = {file: {file.name, file.name.removesuffix(".zstd")} & metadata.files for file in files}
     recorded = [file for file in files if there[file]]
     if not recorded:
-        return files, information, []
-    missing, others = sorted(named - set().union(*there.values())), [file.name for file in files if not there[file]]
+        return files, metadata, []
+    missing, others = (
+        sorted(metadata.files - set().union(*there.values())),
+        [file.name for file in files if not there[file]],
+    )
     notes = []
     if missing:
         notes.append(
@@ -135,16 +137,7 @@ def _recorded_files(bag: Path) -> tuple[list[Path], dict[str, Any], list[str]]:
         )
     if others:
         notes.append(f"not read, as {METADATA_FILE} does not name it: {shown(', '.join(others))}")
-    return recorded, information, notes
-
-
-def _stated_count(information: dict[str, Any], topics: Collection[str]) -> int:
-    """Return how many messages of some topics `metadata.yaml` counts; 0 where it does not say."""
-    stated = information.get("topics_with_message_count") or []
-    try:
-        return sum(int(of["message_count"]) for of in stated if of["topic_metadata"]["name"] in topics)
-    except (TypeError, KeyError, ValueError, OverflowError):
-        return 0
+    return recorded, metadata, notes
 
 
 @contextmanager
@@ -217,13 +210,6 @@ class _Contents:
                 self.joints.add(receipt, data)
             elif topic in self.topics:
                 self.joints.drop(f"are encoded as {encoding[:20]}: expected cdr{_CONVERT.get(encoding, '')}")
-
-
-def _size(file: Path) -> int:
-    try:
-        return file.stat().st_size
-    except OSError:  # it is told where the file is opened
-        return 0
 
 
 def _nothing(bag: Path, contents: _Contents, others: list[str]) -> str:

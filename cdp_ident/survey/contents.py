@@ -54,9 +54,9 @@ class _OverTime:
         return Series(np.array([q.value for q in known]), np.array([q.std for q in known]))
 
     @property
-    def latest(self) -> Series:
-        """Those since its last change."""
-        return self.series[self.changes[-1].index if self.changes else 0 :]
+    def stretches(self) -> list[Series]:
+        """Those between its changes."""
+        return [self.series[slice(*ends)] for ends in pairwise((0, *(change.index for change in self.changes), None))]
 
     @property
     def is_compared(self) -> bool:
@@ -117,9 +117,7 @@ def _over_time(rig: str, pieces: Sequence[Finished]) -> list[_OverTime]:
 
 def _value_changes(every: Sequence[_OverTime]) -> Iterator[Section]:
     for one in every:
-        ends = [0, *(change.index for change in one.changes), len(one.known)]
-        means = [_mean(one.series[begin:end]) for begin, end in pairwise(ends)]
-        for change, sides in zip(one.changes, pairwise(means), strict=True):
+        for change, sides in zip(one.changes, pairwise(map(_mean, one.stretches)), strict=True):
             (last, _), (first, _) = one.known[change.index - 1 : change.index + 1]
             yield _change(one, "value", last, first, sides, change)
 
@@ -153,7 +151,7 @@ def _differences(every: Sequence[_OverTime]) -> list[Section]:
     latest: dict[str, dict[str, Series]] = {}
     for one in every:
         if one.is_compared:
-            latest.setdefault(one.name, {})[one.rig] = one.latest
+            latest.setdefault(one.name, {})[one.rig] = one.stretches[-1]
     compared = {name: of for name, of in latest.items() if len(of) > 1}
     return [
         {"quantity": name, **asdict(difference), "others": list(difference.others)}
@@ -180,6 +178,7 @@ def _piece(finished: Finished) -> Section:
 
 def _quantity(one: _OverTime) -> Section:
     """Return a quantity over time; what an effect is as the motion shows it, torques over A22."""
+    stretches = [{**_mean(series), "pieces": len(series)} for series in one.stretches]
     return {
         "name": one.name,
         "kind": one.kind,
@@ -188,7 +187,8 @@ def _quantity(one: _OverTime) -> Section:
             {"piece": piece.name, "start": piece.start, "value": q.value, "std": q.std, "words": q.text}
             for piece, q in one.known
         ],
-        "latest": {**_mean(one.latest), "pieces": len(one.latest)},
+        "stretches": stretches,
+        "latest": stretches[-1],
     }
 
 

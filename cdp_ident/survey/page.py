@@ -185,9 +185,11 @@ def _over_time(
                 upright=True, words=words,
             )
         )  # fmt: skip
-        for begin, end, level in _stretches(survey, rig, quantity):
-            ends = np.array([at[begin] - 0.2, at[end] + 0.2])
-            marks.append(Line(rig, colour, ends, np.array([level, level]), dash="dash"))
+        last = np.cumsum([stretch["pieces"] for stretch in quantity["stretches"]]) - 1
+        for end, stretch in zip(last, quantity["stretches"], strict=True):
+            if (begin := end - stretch["pieces"] + 1) < end:
+                ends = np.array([at[begin] - 0.2, at[end] + 0.2])
+                marks.append(Line(rig, colour, ends, np.full(2, stretch["value"]), dash="dash"))
         said.append(f"{rig}: {quantity['latest']['value']:.4g} in the last {quantity['latest']['pieces']} of {len(at)}")
     return Figure(
         f"survey_{number}",
@@ -196,20 +198,6 @@ def _over_time(
         f"{name} over time. {'; '.join(said)}.",
         [Panel(Axis(ticks=_ticks(places)), Axis(unit(rigs[0][2]["unit"])), marks, height=220.0)],
     )
-
-
-def _stretches(survey: Section, rig: str, quantity: Section) -> list[tuple[int, int, float]]:
-    """Return the first and last estimate of each stretch between changes, and the mean."""
-    changes = [
-        change
-        for change in survey["changes"]
-        if (change["rig"], change["quantity"], change["what"]) == (rig, quantity["name"], "value")
-    ]
-    starts = [estimate["start"] for estimate in quantity["estimates"]]
-    begins = [0, *(starts.index(change["since_start"]) for change in changes)]
-    ends = [*(begin - 1 for begin in begins[1:]), len(starts) - 1]
-    levels = [*(change["before"]["value"] for change in changes), quantity["latest"]["value"]]
-    return [stretch for stretch in zip(begins, ends, levels, strict=True) if stretch[0] < stretch[1]]
 
 
 def _ticks(places: dict[str, int]) -> list[tuple[float, str]]:

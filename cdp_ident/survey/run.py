@@ -21,7 +21,7 @@ from typing import Any, Literal
 from rich.console import Console
 
 from cdp_ident.bag.folders import bags_below
-from cdp_ident.bag.metadata import origin_of, read_custom_data
+from cdp_ident.bag.metadata import Metadata
 from cdp_ident.bag.reader import bag_name, read_joint_states
 from cdp_ident.configuration.settings import Settings, given_for
 from cdp_ident.errors import BagError, CdpIdentError, FitFailedError, OptionError, ReportError, TrialError
@@ -126,15 +126,15 @@ def surveyed(bags: Sequence[Path], topic: str) -> tuple[list[SurveyedBag], list[
     A bag whose recorder wrote no name of the rig is of the rig of the other bags in its folder, if they are of one,
     else of one that is named as the folder. `topic` is read where there are no metadata that tell the time.
     """
-    origins = {bag: origin_of(bag) for bag in bags}
+    said = {bag: Metadata.of(bag) for bag in bags}
     found, left_out, owner = [], [], dict[str, Path]()
-    for bag, origin in origins.items():
-        neighbours = {other.rig for path, other in origins.items() if path.parent == bag.parent and other.rig}
-        named_by: NamedBy = "recorder" if origin.rig else "neighbours" if len(neighbours) == 1 else "folder"
-        name = origin.rig or (neighbours.pop() if len(neighbours) == 1 else shown(bag.resolve().parent.name))
+    for bag, metadata in said.items():
+        neighbours = {other.rig for path, other in said.items() if path.parent == bag.parent and other.rig}
+        named_by: NamedBy = "recorder" if metadata.rig else "neighbours" if len(neighbours) == 1 else "folder"
+        name = metadata.rig or (neighbours.pop() if len(neighbours) == 1 else shown(bag.resolve().parent.name))
         try:
             checksums = tuple(bag_checksums(bag).values())
-            start = origin.start_ns
+            start = metadata.start_ns
             if start is None:
                 start = next((stamp for stamp in read_joint_states(bag, topic).stamps.tolist() if stamp), 0)
         except BagError as error:
@@ -145,8 +145,7 @@ def surveyed(bags: Sequence[Path], topic: str) -> tuple[list[SurveyedBag], list[
             left_out.append(LeftOut(str(bag), f"it is the same bag as {copied}"))
             continue
         owner |= dict.fromkeys(checksums, bag)
-        custom_data, _ = read_custom_data(bag)
-        found.append(SurveyedBag(bag.resolve(), name, named_by, start, checksums, custom_data))
+        found.append(SurveyedBag(bag.resolve(), name, named_by, start, checksums, metadata.custom_data))
     return found, left_out
 
 

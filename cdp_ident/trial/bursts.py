@@ -17,10 +17,10 @@ from scipy.ndimage import maximum_filter1d
 from cdp_ident.arrays import Array, Indices
 from cdp_ident.trial.kinematics import roughness
 
-_FEWEST = 30
+FEWEST = 30
 """Samples, below which nothing is said of their times."""
-_SMOOTHER = 0.5
-"""Even times are taken where the motion is rougher by stamps than this allows."""
+SMOOTHER = 0.5
+"""Even times, or those of receipt, are taken where the motion is rougher by stamps than this allows."""
 _ONCE, _AS_SMOOTH = 0.8, 1.2
 """The same, where fewer samples than this share have a stamp of their own."""
 _NEAREST = 2.5
@@ -41,9 +41,9 @@ _MISCOUNTED = 0.9
 """Samples are not lost where the motion is smoother without them by this factor."""
 _BURSTS = 1.5
 """Bursts on either side that smooth motion is told by."""
-_NEAR = 4
+NEAR = 4
 """Samples before and after a place that smooth motion is told by."""
-_CASES = ((0, 0), *itertools.product(range(1, 5), range(_NEAR)))
+_CASES = ((0, 0), *itertools.product(range(1, 5), range(NEAR)))
 """How many samples may be lost at a place, and after how many of those behind it one more is; 0: none."""
 _LOST = np.array([lost for lost, _ in _CASES])
 _KINK, _STRAIGHT = 2.5, 0.4
@@ -94,13 +94,13 @@ def evened(time: Array, angles: Array, parts: Indices) -> tuple[Array, list[str]
 def _bursts(part: Indices, time: Array) -> Iterator[tuple[Indices, float]]:
     """Yield stretches of samples that may have come in bursts, without a long gap, and the usual time of a burst."""
     steps = np.diff(time)
-    if len(steps) < _FEWEST or not np.any(steps > 0):
+    if len(steps) < FEWEST or not np.any(steps > 0):
         return
     # The step in which an instant drawn at random lies: that between bursts, not those within them.
     by_size = np.sort(np.minimum(steps, LONGEST_WAIT))
     wait = float(by_size[np.searchsorted(np.cumsum(by_size), by_size.sum() / 2)])
     for stretch in np.split(np.arange(len(time)), np.flatnonzero(steps > _GAP * wait) + 1):
-        if len(stretch) >= _FEWEST and _even(np.arange(len(stretch)), time[stretch], wait, np.inf) is not None:
+        if len(stretch) >= FEWEST and _even(np.arange(len(stretch)), time[stretch], wait, np.inf) is not None:
             yield part[stretch], wait
 
 
@@ -137,7 +137,7 @@ def _rougher(even: Array | None, time: Array, angles: Array, wait: float) -> tup
         return np.inf, 0.0
     half_width = max(_BURSTS * wait, _NEAREST * float(even[-1] - even[0]) / len(even))
     once = np.concatenate([[True], np.diff(time) > 0])
-    share = _SMOOTHER if np.mean(once) > _ONCE else _AS_SMOOTH
+    share = SMOOTHER if np.mean(once) > _ONCE else _AS_SMOOTH
     return roughness(even, angles, half_width), share * roughness(time[once], angles[once], half_width)
 
 
@@ -147,7 +147,7 @@ def _by_motion(angles: Array) -> tuple[Indices, Indices]:
     The second value are the samples before which it tells nothing.
     """
     index = np.arange(len(angles))
-    places = np.arange(_NEAR, len(angles) - _NEAR + 1)
+    places = np.arange(NEAR, len(angles) - NEAR + 1)
     left = _off_cubics(index, angles, places)
     # An encoder at rest says the same again and again, whatever its noise in motion.
     changing = left[:, 0] > _NOTHING
@@ -156,12 +156,12 @@ def _by_motion(angles: Array) -> tuple[Indices, Indices]:
         least = left.min(axis=1)
         is_kink = (left[:, 0] > _KINK * usual) & (least < _STRAIGHT * left[:, 0])
         gain = is_kink * (left[:, 0] - least)
-        best = np.flatnonzero(is_kink & (gain == maximum_filter1d(gain, 4 * _NEAR)))
+        best = np.flatnonzero(is_kink & (gain == maximum_filter1d(gain, 4 * NEAR)))
         if not len(best):
             break
         np.add.at(lost := np.zeros(len(index), dtype=np.int64), places[best], _LOST[np.argmin(left[best], axis=1)])
         index += np.cumsum(lost)
-        again = np.unique(np.clip(best[:, None] + np.arange(-_NEAR, _NEAR + 1), 0, len(places) - 1))
+        again = np.unique(np.clip(best[:, None] + np.arange(-NEAR, NEAR + 1), 0, len(places) - 1))
         left[again] = _off_cubics(index, angles, places[again])
     return index, places[left[:, 1] < _SLOW * np.maximum(left[:, 0], usual)]
 
@@ -190,13 +190,13 @@ def _by_bursts(index: Indices, time: Array, ends: Indices, slow: Indices) -> Ind
 
 def _off_cubics(index: Indices, angles: Array, places: Indices) -> Array:
     """Return how far angles (n, k) about places (m,) are from cubics over their count, with each of `_CASES`."""
-    around = np.arange(-_NEAR, _NEAR)
+    around = np.arange(-NEAR, NEAR)
     skipped = np.array([lost * (around >= 0) + (another > 0) * (around >= another) for lost, another in _CASES])
     found = []
     for some in np.array_split(places, 1 + len(places) // _AT_ONCE):
         rows = some[:, None] + around
         counts, which = np.unique(index[rows] - index[some, None], axis=0, return_inverse=True)
-        orthogonal, _ = np.linalg.qr(polyvander((counts[:, None] + skipped) / _NEAR, 3))
+        orthogonal, _ = np.linalg.qr(polyvander((counts[:, None] + skipped) / NEAR, 3))
         off = np.eye(len(around)) - orthogonal @ np.swapaxes(orthogonal, -1, -2)
         found.append(np.linalg.norm(off[which.ravel()] @ angles[rows][:, None], axis=(2, 3)))
     return np.concatenate(found)

@@ -22,7 +22,7 @@ from cdp_ident.arrays import Array, Mask
 from cdp_ident.errors import OtherMotionError, TrialError
 from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.trial.joints import Samples, in_radians, model_angles
-from cdp_ident.trial.lumped import COUPLED, gravity_directions
+from cdp_ident.trial.lumped import gravity_directions
 from cdp_ident.trial.meaning import (
     EVIDENT,
     GOOD,
@@ -34,7 +34,7 @@ from cdp_ident.trial.meaning import (
     other_meanings,
     outer_meanings,
 )
-from cdp_ident.trial.mechanisms import HOLDS, Pendulum, pendulum, pendulum_of, unexplained_beside
+from cdp_ident.trial.mechanisms import HOLDS, Pendulum, driven, one_pendulum, other_mechanism, pendulum, pendulum_of
 from cdp_ident.trial.options import TrialOptions, Unit, Zero
 from cdp_ident.trial.recorded_motion import Recorded, recorded_motion
 
@@ -56,13 +56,6 @@ _FASTEST = 50.0
 """Beyond this speed [rad/s], readings are of another unit, and tell nothing of the other joint."""
 _FAR_OFTEN = 0.1
 """Share of steps by more than a quarter of a turn that no swing has which is measured often enough."""
-_SIGMAS = 3.0
-_WEIGHTLESS = 0.1
-"""Gravity's terms times the square of the motion's time scale; of rods, one of them is about 1."""
-_FOLLOWS = 0.95
-"""Correlation of the joints' speeds from which one column is said to follow the other."""
-_TWICE = 0.05
-"""Share of the inner angle that the outer one differs from it by at most, as one measured and simulated does."""
 _WIDE = 4.0 * np.pi
 """Readings that change by less are no swing in a smaller unit."""
 _NO_TURN = 1e9
@@ -83,7 +76,7 @@ def check_conventions(recorded: Recorded, options: TrialOptions) -> tuple[Balanc
         raise OtherMotionError(f"{_NONE}: {looks}")
     fits = outer_meanings(recorded, options)
     given = balance_of(recorded, options)
-    other = _one_pendulum(recorded, fits, given)
+    other = one_pendulum(recorded, fits, given)
     if not other and (far := _too_far(recorded, options)):
         raise TrialError(far)
     if given is None:
@@ -92,7 +85,7 @@ def check_conventions(recorded: Recorded, options: TrialOptions) -> tuple[Balanc
         return None, ["there is too little motion to check the joints' conventions or to tell a hand from free motion"]
     best = best_of(fit for fit in fits if fit.meaning != options) or given
     contradiction = _contradiction(recorded, given, best, other)
-    looks = "" if contradiction else _other_mechanism(recorded, fits, given, other)
+    looks = "" if contradiction else other_mechanism(recorded, fits, given, other)
     contradiction = f"{_NONE}: {looks}" if looks else contradiction or _impossible(given)
     if contradiction and options.conventions == "refuse":
         is_other = looks or given.lumped.unexplained > EVIDENT
@@ -133,51 +126,6 @@ def _too_far(recorded: Recorded, options: TrialOptions) -> str:
     )
 
 
-def _one_pendulum(recorded: Recorded, balances: Sequence[Balance], given: Balance | None) -> Pendulum | None:
-    """Return the one pendulum that the motion looks like; None where two rods explain it as well, or nothing does.
-
-    `balances` are those under the meanings that the outer angle can have. The outer rod's alone counts, too: it is a
-    pendulum on a pivot that moves.
-    """
-    if given and given.lumped.may_be_rods and given.lumped.unexplained <= GOOD:
-        return None
-    found = pendulum(recorded)
-    rods = [balance for balance in balances if balance.lumped.may_be_rods]
-    left = [min(of.lumped.unexplained, unexplained_beside(of.trusted, "inner")) for of in rods]
-    return found if found and found.unexplained < MUCH_BETTER * min(left, default=np.inf) else None
-
-
-def _other_mechanism(recorded: Recorded, balances: Sequence[Balance], given: Balance, other: Pendulum | None) -> str:
-    """Return what two columns look like that are no two rods', whatever they mean; empty where they may be.
-
-    `balances` are those under the meanings that the outer angle can have, and `other` is one pendulum that moves so.
-    """
-    fits = [balance.lumped for balance in balances]
-    couplings = [(fit.values[0], np.sqrt(fit.covariance[0, 0])) for fit in fits]
-    apart = [f"coupling {A:+.3f} ± {std:.1g}" for A, std in couplings if abs(A) + _SIGMAS * std < COUPLED]
-    inner, outer = np.concatenate([motion.angles - motion.angles.mean(axis=0) for motion in recorded.motions]).T
-    is_twice = np.std(outer - inner) < _TWICE * np.std(inner)
-    if any(fit.may_be_rods for fit in fits):
-        apart, is_twice = [], False
-    if not (apart or is_twice or other):
-        return "" if given.lumped.may_be_rods else _weightless(recorded, given)
-    correlation = float(np.corrcoef(np.concatenate([motion.rates for motion in recorded.motions]).T)[0, 1])
-    words = other.words if other else "one column beside something else, or joints that motors drive"
-    if (is_twice or abs(correlation) > _FOLLOWS) and not (other and other.is_moved):
-        twice = "one angle twice, measured and simulated or filtered"
-        words = f"{twice}: the outer column follows the inner one (correlation {correlation:.2f})"
-    evidence = f"the two columns have nothing to do with each other as rods do ({apart[0]})" if apart else ""
-    return f"{evidence}: {words}" if evidence else f"it looks like {words}"
-
-
-def _weightless(recorded: Recorded, given: Balance) -> str:
-    """Return that gravity acts on neither rod, in words; empty where it may, as it does on all that swings so fast."""
-    gravity = np.abs(given.lumped.values[4:6]) + _SIGMAS * np.sqrt(np.diag(given.lumped.covariance)[4:6])
-    if float(np.max(gravity)) * recorded.motions[0].scales.unit ** 2 > _WEIGHTLESS:
-        return ""
-    return "gravity acts on neither rod: a column that is no angle, such as a cart's position, or of an upright axis"
-
-
 def _contradiction(recorded: Recorded, given: Balance, best: Balance, mechanism: Pendulum | None) -> str:
     """Say which other meaning of the angles explains the motion; nothing where none does so far better.
 
@@ -186,7 +134,7 @@ def _contradiction(recorded: Recorded, given: Balance, best: Balance, mechanism:
     options, unexplained = given.meaning, given.lumped.unexplained
     left_so = mechanism.unexplained if mechanism else np.inf
     # Whose equation holds beside something that acts in the other joint is no rod in other units.
-    least = min(unexplained, best.lumped.unexplained, left_so, HOLDS if _driven(given) else np.inf)
+    least = min(unexplained, best.lumped.unexplained, left_so, HOLDS if driven(given) else np.inf)
     # Errors of motors' torques may look like other zeros or factors.
     if least > _LOOKED_AT and options.input != "joints":
         others = other_meanings(recorded, options, least)
@@ -211,7 +159,7 @@ def _impossible(given: Balance) -> str:
         return (
             f"the motion is not that of a free double pendulum: {lumped.unexplained:.1%} of the inner rod's "
             "acceleration is explained neither by gravity, coupling and friction nor by another meaning of the "
-            f"angles: {_driven(given) or 'check columns, units and times'}; if a hand or motors move the rods for "
+            f"angles: {driven(given) or 'check columns, units and times'}; if a hand or motors move the rods for "
             f"long, take the part without them by {given.meaning.called('start')} and {given.meaning.called('stop')}"
         )
     A, _, _, _, G1, G2, *_ = lumped.values
@@ -231,16 +179,6 @@ def _impossible(given: Balance) -> str:
     return f"no double pendulum moves like this ({evidence}): check the joints' names, signs and units"
 
 
-def _driven(given: Balance) -> str:
-    """Say in which joint what is unexplained acts; empty where it may be either, or anything else."""
-    left = {joint: unexplained_beside(given.trusted, joint) for joint in JOINTS}
-    joint = min(JOINTS, key=lambda joint: left[joint])
-    most = min(HOLDS, *(MUCH_BETTER * of for of in (given.lumped.unexplained, max(left.values()))))
-    if left[joint] >= most:
-        return ""
-    return f"it acts in the {joint} joint (a motor, a hand, a spring?), beside which {left[joint]:.1%} is left"
-
-
 def _doubts(given: Balance, best: Balance) -> list[str]:
     """Return warnings of a meaning that the motion does not contradict."""
     options, lumped, other = given.meaning, given.lumped, best.lumped
@@ -249,7 +187,7 @@ def _doubts(given: Balance, best: Balance) -> list[str]:
         what_else = "a zero, a unit, a time or a marker that is off, or an effect beyond these"
         warnings.append(
             f"{lumped.unexplained:.1%} of the inner rod's acceleration is explained neither by gravity, coupling and "
-            f"friction nor by noise: {_driven(given) or what_else}"
+            f"friction nor by noise: {driven(given) or what_else}"
         )
     outer_angle = options.setting("outer_angle", options.outer_angle)
     as_good = other.unexplained < max(lumped.unexplained / MUCH_BETTER, GOOD / 2)

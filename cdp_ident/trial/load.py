@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from cdp_ident.bag.metadata import read_custom_data
+from cdp_ident.bag.metadata import Metadata
 from cdp_ident.bag.reader import read_joint_states
 from cdp_ident.errors import OptionError, OtherMotionError, TrialError
 from cdp_ident.model.weights import ADDED, Weight, weights_of
@@ -35,8 +35,7 @@ def load_trial(bag: Path, options: TrialOptions | None = None) -> Trial:
             weights in the bag's metadata are not possible.
     """
     options = options or TrialOptions()
-    recording = in_measured_time(read_joint_states(bag, options.topic), options)
-    recording, clock, clock_notes = in_device_time(recording)
+    recording = in_device_time(in_measured_time(read_joint_states(bag, options.topic), options))
     try:
         samples, notes = select_joints(recording, options)
         trial = find_trial(in_right_ranges(samples, options), options).trial
@@ -44,8 +43,8 @@ def load_trial(bag: Path, options: TrialOptions | None = None) -> Trial:
         there = [f"joints: {shown(', '.join(recording.joints))}"] if isinstance(error, OtherMotionError) else []
         raise TrialError("; ".join([f"{shown(bag)}: {error}", *there, *recording.notes])) from error
     weights, weight_notes = _recorded_weights(bag)
-    notes = [*recording.notes, *weight_notes, *clock_notes, *notes, *trial.notes]
-    return replace(trial, name=recording.name, notes=tuple(notes), clock=clock, weights=weights)
+    said = (*recording.notes, *weight_notes, *notes, *trial.notes)
+    return replace(trial, name=recording.name, notes=said, clock=recording.device_rate, weights=weights)
 
 
 def _recorded_weights(bag: Path) -> tuple[tuple[Weight, ...], list[str]]:
@@ -53,14 +52,14 @@ def _recorded_weights(bag: Path) -> tuple[tuple[Weight, ...], list[str]]:
 
     Raises TrialError where they are not possible.
     """
-    custom, problem = read_custom_data(bag)
-    notes = [problem] if problem else []
-    if "salvaged" in custom:
+    metadata = Metadata.of(bag)
+    notes = [metadata.problem] if metadata.problem else []
+    if "salvaged" in metadata.custom_data:
         notes.append(
             "the recorder was killed: whether weights were on the rods is not known; trials.<bag>.added tells it"
         )
     try:
-        given = json.loads(custom.get(ADDED) or "{}")
+        given = json.loads(metadata.custom_data.get(ADDED) or "{}")
     except (ValueError, RecursionError) as error:
         raise TrialError(f"{bag}: '{ADDED}' in its metadata is not JSON: {error}") from error
     if not isinstance(given, Mapping):

@@ -12,7 +12,7 @@ known. Of a double pendulum whose inner joint is driven, the outer rod's equatio
 driven, the sum of both rods'. All are taken in weak form, as in `balance`.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import reduce
 
@@ -22,7 +22,8 @@ from scipy.special import erf
 from cdp_ident.arrays import Array
 from cdp_ident.model.effects.effect import JOINTS, Joint
 from cdp_ident.trial.balance import COLUMNS, Motion, Windows, over_windows, window_weights
-from cdp_ident.trial.meaning import MUCH_BETTER
+from cdp_ident.trial.lumped import COUPLED
+from cdp_ident.trial.meaning import GOOD, MUCH_BETTER, Balance
 from cdp_ident.trial.recorded_motion import Recorded
 
 HOLDS = 0.01
@@ -51,6 +52,13 @@ _DRIVEN: dict[Joint, tuple[slice, tuple[str, ...]]] = {
 
 _WITHOUT = 5
 """Terms of a pendulum with a pivot at rest."""
+_SIGMAS = 3.0
+_WEIGHTLESS = 0.1
+"""Gravity's terms times the square of the motion's time scale; of rods, one of them is about 1."""
+_FOLLOWS = 0.95
+"""Correlation of the joints' speeds from which one column is said to follow the other."""
+_TWICE = 0.05
+"""Share of the inner angle that the outer one differs from it by at most, as one measured and simulated does."""
 
 
 @dataclass(frozen=True)
@@ -68,6 +76,61 @@ class Pendulum:
     def is_moved(self) -> bool:
         """Whether the other column tells how its pivot moves."""
         return self.terms > _WITHOUT
+
+
+def one_pendulum(recorded: Recorded, balances: Sequence[Balance], given: Balance | None) -> Pendulum | None:
+    """Return the one pendulum that the motion looks like; None where two rods explain it as well, or nothing does.
+
+    `balances` are those under the meanings that the outer angle can have. The outer rod's alone counts, too: it is a
+    pendulum on a pivot that moves.
+    """
+    if given and given.lumped.may_be_rods and given.lumped.unexplained <= GOOD:
+        return None
+    found = pendulum(recorded)
+    rods = [balance for balance in balances if balance.lumped.may_be_rods]
+    left = [min(of.lumped.unexplained, unexplained_beside(of.trusted, "inner")) for of in rods]
+    return found if found and found.unexplained < MUCH_BETTER * min(left, default=np.inf) else None
+
+
+def other_mechanism(recorded: Recorded, balances: Sequence[Balance], given: Balance, other: Pendulum | None) -> str:
+    """Return what two columns look like that are no two rods', whatever they mean; empty where they may be.
+
+    `balances` are those under the meanings that the outer angle can have, and `other` is one pendulum that moves so.
+    """
+    fits = [balance.lumped for balance in balances]
+    couplings = [(fit.values[0], np.sqrt(fit.covariance[0, 0])) for fit in fits]
+    apart = [f"coupling {A:+.3f} ± {std:.1g}" for A, std in couplings if abs(A) + _SIGMAS * std < COUPLED]
+    inner, outer = np.concatenate([motion.angles - motion.angles.mean(axis=0) for motion in recorded.motions]).T
+    is_twice = np.std(outer - inner) < _TWICE * np.std(inner)
+    if any(fit.may_be_rods for fit in fits):
+        apart, is_twice = [], False
+    if not (apart or is_twice or other):
+        return "" if given.lumped.may_be_rods else _weightless(recorded, given)
+    correlation = float(np.corrcoef(np.concatenate([motion.rates for motion in recorded.motions]).T)[0, 1])
+    words = other.words if other else "one column beside something else, or joints that motors drive"
+    if (is_twice or abs(correlation) > _FOLLOWS) and not (other and other.is_moved):
+        twice = "one angle twice, measured and simulated or filtered"
+        words = f"{twice}: the outer column follows the inner one (correlation {correlation:.2f})"
+    evidence = f"the two columns have nothing to do with each other as rods do ({apart[0]})" if apart else ""
+    return f"{evidence}: {words}" if evidence else f"it looks like {words}"
+
+
+def _weightless(recorded: Recorded, given: Balance) -> str:
+    """Return that gravity acts on neither rod, in words; empty where it may, as it does on all that swings so fast."""
+    gravity = np.abs(given.lumped.values[4:6]) + _SIGMAS * np.sqrt(np.diag(given.lumped.covariance)[4:6])
+    if float(np.max(gravity)) * recorded.motions[0].scales.unit ** 2 > _WEIGHTLESS:
+        return ""
+    return "gravity acts on neither rod: a column that is no angle, such as a cart's position, or of an upright axis"
+
+
+def driven(given: Balance) -> str:
+    """Say in which joint what is unexplained acts; empty where it may be either, or anything else."""
+    left = {joint: unexplained_beside(given.trusted, joint) for joint in JOINTS}
+    joint = min(JOINTS, key=lambda joint: left[joint])
+    most = min(HOLDS, *(MUCH_BETTER * of for of in (given.lumped.unexplained, max(left.values()))))
+    if left[joint] >= most:
+        return ""
+    return f"it acts in the {joint} joint (a motor, a hand, a spring?), beside which {left[joint]:.1%} is left"
 
 
 def pendulum(recorded: Recorded) -> Pendulum | None:

@@ -17,17 +17,11 @@ import numpy as np
 from cdp_ident.arrays import Array, Indices
 from cdp_ident.bag.device_messages import ClockRate
 from cdp_ident.bag.joint_recording import JointRecording
-from cdp_ident.trial.bursts import LONGEST_WAIT
+from cdp_ident.trial.bursts import FEWEST, LONGEST_WAIT, NEAR, SMOOTHER
 from cdp_ident.trial.kinematics import roughness
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.order import counted_on, elapsed, in_order
 
-_FEWEST = 30
-"""Samples, below which nothing is said of their times."""
-_SMOOTHER = 0.5
-"""Times of receipt are taken where the motion is rougher by stamps than this allows."""
-_NEAR = 4
-"""Samples before and after one that smooth motion is told by."""
 _GAP = 5.0
 """Steps of so many times the usual one are gaps."""
 _RATE = 0.02
@@ -76,14 +70,14 @@ def _jitter(times: Indices) -> str:
     """Return by how much times (n,) [ns] vary about even ones, by the steps between them; empty if that is unknown."""
     steps = 1e-9 * np.diff(times)
     steps = steps[(steps > 0.0) & (steps < _GAP * np.median(steps))] if len(steps) else steps
-    return f" of {1e3 * np.std(steps) / np.sqrt(2.0):.2g} ms" if len(steps) >= _FEWEST else ""
+    return f" of {1e3 * np.std(steps) / np.sqrt(2.0):.2g} ms" if len(steps) >= FEWEST else ""
 
 
 def _fault(recording: JointRecording, options: TrialOptions) -> str:
     """Say what is wrong with stamps by which the motion is far rougher than by receipt; empty if nothing is."""
     stamps, receipts = recording.stamps, recording.receipts
     assert receipts is not None
-    if len(stamps) < _FEWEST:
+    if len(stamps) < FEWEST:
         return ""
     steps, received = (1e-9 * np.diff(np.sort(times)) for times in (stamps, receipts))
     too = "long" if np.median(steps) > _LONGEST_STEP else "short" if 0.0 < np.mean(steps) < _SHORTEST_STEP else ""
@@ -96,11 +90,11 @@ def _fault(recording: JointRecording, options: TrialOptions) -> str:
     of_both = (*by_stamp, *by_receipt)
     spacing = max((float(np.mean(np.diff(time))) for time, _ in of_both if len(time) > 1), default=0.0)
     rough = [
-        max((roughness(*of, _NEAR * spacing) for of in columns), default=np.inf) for columns in (by_stamp, by_receipt)
+        max((roughness(*of, NEAR * spacing) for of in columns), default=np.inf) for columns in (by_stamp, by_receipt)
     ]
     lasts = [elapsed(times)[-1] for times in (np.sort(stamps), receipts)]
     is_other = np.isfinite(rough[0]) and abs(lasts[0] - lasts[1]) > 1.0 + _RATE * lasts[1]
-    if is_other or not rough[1] < _SMOOTHER * rough[0]:
+    if is_other or not rough[1] < SMOOTHER * rough[0]:
         return ""
     largest = int(np.max(stamps % _SECOND))
     if largest == 0:
@@ -124,7 +118,7 @@ def _columns(stamps: Indices, readings: Array) -> list[tuple[Array, Array]]:
 
 def _pace(stamps: Indices, receipts: Indices) -> str:
     """Say that samples come evenly in another time by their stamps than by receipt; empty if they do not."""
-    if len(stamps) < _FEWEST:
+    if len(stamps) < FEWEST:
         return ""
     steps = [1e-9 * np.diff(times) for times in (stamps, receipts)]
     usual, whole = ([float(of(step)) for step in steps] for of in (np.median, np.sum))
@@ -135,19 +129,19 @@ def _pace(stamps: Indices, receipts: Indices) -> str:
     return f"samples are {by} apart (played back at another rate?): time: receipt takes the latter" if is_even else ""
 
 
-def in_device_time(recording: JointRecording) -> tuple[JointRecording, ClockRate | None, list[str]]:
+def in_device_time(recording: JointRecording) -> JointRecording:
     """Return a recording with stamps by the device's own time, how fast that ran, and what there is to say about it.
 
-    Where the recording has no device's time, or less than a second of it, it is returned as it is.
+    Where the recording has no device's time, or less than a second of it, it keeps its stamps, and has no rate.
     """
     device, recorded = recording.device, recording.stamps
     if device is None:
-        return recording, None, []
+        return replace(recording, device_rate=None)
     set_apart = np.flatnonzero(np.abs(np.diff(device) - np.diff(recorded)) > _SET) + 1
     parts = np.split(np.arange(len(recorded)), set_apart)
     runs = [run for run in parts if len(run) >= _FEWEST_OF_RUN and np.ptp(device[run]) >= _SHORTEST]
     if not runs:
-        return recording, None, []
+        return replace(recording, device_rate=None)
     stamps, wander, rates = recorded.copy(), [], []
     for run in runs:
         # Differences of the integers first: a float does not resolve nanoseconds since 1970.
@@ -164,7 +158,7 @@ def in_device_time(recording: JointRecording) -> tuple[JointRecording, ClockRate
         f"{'by its driver' if recording.device_rate else 'by the stamps'}; the stamps wander from it by "
         f"{1e6 * np.sqrt(np.mean(away**2)):.2g} us rms, {1e6 * np.max(np.abs(away)):.2g} us at most"
     )
-    return replace(recording, stamps=stamps), rate, [note]
+    return replace(recording, stamps=stamps, device_rate=rate, notes=(*recording.notes, note))
 
 
 def _rate_of_stamps(device: Array, host: Array) -> ClockRate:

@@ -26,6 +26,9 @@ from scenarios.device_messages import diagnostics, time_reference
 EPOCH = 1_700_000_000_000_000_000
 STAMPS = EPOCH + 5_000_000 * np.arange(100)
 DEVICE = 7_000_000_000 + 5_000_001 * np.arange(100)
+OWN = [
+    ("/time_reference", stamp, device, "one") for stamp, device in zip(STAMPS.tolist(), DEVICE.tolist(), strict=True)
+]
 RATES = {"one": "10.0", "other": "20.0"}
 
 
@@ -45,15 +48,13 @@ def bag(folder, references, statuses=()):
 
 
 def test_each_sample_has_the_device_s_time_and_the_rate_is_that_device_s(tmp_path):
-    references = [("/time_reference", s, d, "one") for s, d in zip(STAMPS.tolist(), DEVICE.tolist(), strict=True)]
-    recording = bag(tmp_path / "bag", reversed(references), ["other", "one", "other"])
+    recording = bag(tmp_path / "bag", reversed(OWN), ["other", "one", "other"])
     assert np.array_equal(recording.device, DEVICE)
     assert recording.device_rate == pytest.approx((10e-6, 0.5e-6))
 
 
 def test_a_few_samples_without_it_are_dropped(tmp_path):
-    references = [("/time_reference", s, d, "one") for s, d in zip(STAMPS.tolist(), DEVICE.tolist(), strict=True)]
-    recording = bag(tmp_path / "bag", references[3:-1])
+    recording = bag(tmp_path / "bag", OWN[3:-1])
     assert np.array_equal(recording.stamps, STAMPS[3:-1])
     assert len(recording.positions) == len(recording.device) == 96
     assert recording.device_rate is None
@@ -61,16 +62,14 @@ def test_a_few_samples_without_it_are_dropped(tmp_path):
 
 
 def test_time_references_of_something_else_are_left_alone(tmp_path):
-    references = [("/gps/time", s + 1000, d, "gps") for s, d in zip(STAMPS.tolist(), DEVICE.tolist(), strict=True)]
-    recording = bag(tmp_path / "bag", references)
+    recording = bag(tmp_path / "bag", [("/gps/time", stamp + 1000, device, "gps") for _, stamp, device, _ in OWN])
     assert recording.device is None
     assert len(recording.stamps) == 100
 
 
 def test_of_two_rigs_it_is_that_of_the_samples(tmp_path):
     other = [("/rig2/time_reference", s + 77, 0, "other") for s in STAMPS.tolist()]
-    own = [("/rig1/time_reference", s, d, "one") for s, d in zip(STAMPS.tolist(), DEVICE.tolist(), strict=True)]
-    recording = bag(tmp_path / "bag", other + own, ["one", "other"])
+    recording = bag(tmp_path / "bag", other + OWN, ["one", "other"])
     assert np.array_equal(recording.device, DEVICE)
     assert recording.device_rate == pytest.approx((10e-6, 0.5e-6))
 

@@ -3,6 +3,7 @@
 """Bombs: bags of a few kilobytes that claim, or are compressed from, far more than a computer holds."""
 
 import ast
+import contextlib
 import io
 import sqlite3
 import struct
@@ -90,29 +91,23 @@ def zstd_messages(raw, times):
     return chunk("zstd", len(block) * times, zstd_of(block, times))
 
 
-def generated_columns(path):
-    database = sqlite3.connect(path)
-    database.executescript(
-        "CREATE TABLE topics (id INTEGER PRIMARY KEY, name TEXT, type TEXT);"
-        "CREATE TABLE messages (id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, "
-        "data BLOB AS (zeroblob(900000000)));"
-        "INSERT INTO topics VALUES (1, '/joint_states', 'sensor_msgs/msg/JointState');"
-        "INSERT INTO messages (topic_id, timestamp) VALUES (1, 1), (1, 2);"
-    )
-    database.close()
+def database(path, messages):
+    """Write a database of rosbag2 whose messages are made by a script."""
+    with contextlib.closing(sqlite3.connect(path)) as made:
+        made.executescript(
+            "CREATE TABLE topics (id INTEGER PRIMARY KEY, name TEXT, type TEXT);"
+            f"INSERT INTO topics VALUES (1, '/joint_states', '{MESSAGE_TYPE}');{messages}"
+        )
 
 
-def views(path):
-    database = sqlite3.connect(path)
-    database.executescript(
-        "CREATE TABLE topics (id INTEGER PRIMARY KEY, name TEXT, type TEXT);"
-        "INSERT INTO topics VALUES (1, '/joint_states', 'sensor_msgs/msg/JointState');"
-        "CREATE VIEW messages AS WITH RECURSIVE endless(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM endless) "
-        "SELECT 1 AS topic_id, i AS timestamp, zeroblob(1000) AS data FROM endless;"
-    )
-    database.close()
-
-
+GENERATED = (
+    "CREATE TABLE messages (id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, "
+    "data BLOB AS (zeroblob(900000000))); INSERT INTO messages (topic_id, timestamp) VALUES (1, 1), (1, 2);"
+)
+ENDLESS = (
+    "CREATE VIEW messages AS WITH RECURSIVE endless(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM endless) "
+    "SELECT 1 AS topic_id, i AS timestamp, zeroblob(1000) AS data FROM endless;"
+)
 WIDE = serialize_joint_state([f"j{i}" for i in range(256)], [0.0] * 256, 1)
 BOMBS = {
     "a chunk of zeros": ("zeros.mcap", lambda: mcap(DECLARED, chunk("zstd", GIGABYTE, zstd_of(ZEROS, 1024)))),
@@ -138,8 +133,8 @@ BOMBS = {
             DECLARED, *[zstd_messages(serialize_joint_state([f"n{i}{'x' * 9999}"], [0.0], 1), 1) for i in range(300)]
         ),
     ),
-    "generated columns": ("generated.db3", generated_columns),
-    "views": ("views.db3", views),
+    "generated columns": ("generated.db3", lambda: GENERATED),
+    "views": ("views.db3", lambda: ENDLESS),
 }
 
 
@@ -159,7 +154,7 @@ def test_a_bomb_takes_little_memory_and_is_one_line(tmp_path, reader, bomb):
     name, made = BOMBS[bomb]
     path = tmp_path / name
     if name.endswith(".db3"):
-        made(path)
+        database(path, made())
     else:
         path.write_bytes(made())
     assert path.stat().st_size < 20_000_000

@@ -15,7 +15,7 @@ from rosbags.highlevel import AnyReader
 from cdp_ident.bag.joint_state import MESSAGE_TYPE, serialize_joint_state, typestore
 from cdp_ident.bag.limits import Budget
 from cdp_ident.bag.mcap_scan import McapScan
-from cdp_ident.bag.metadata import OFFERED_QOS_PROFILES, Origin, origin_of
+from cdp_ident.bag.metadata import OFFERED_QOS_PROFILES, Metadata
 from cdp_ident.bag.writer import BagWriter, complete_bag, is_incomplete
 from cdp_ident.errors import BagError
 
@@ -294,13 +294,13 @@ def with_custom_data(folder, custom):
 
 
 def test_the_recorder_s_name_of_the_rig_and_the_start_are_read(tmp_path):
-    bag = with_custom_data(tmp_path / "bag", {"rig_name": "/rig1/driver"})
-    assert origin_of(bag) == Origin("/rig1/driver", START + 5)
+    metadata = Metadata.of(with_custom_data(tmp_path / "bag", {"rig_name": "/rig1/driver"}))
+    assert (metadata.rig, metadata.start_ns) == ("/rig1/driver", START + 5)
 
 
 @pytest.mark.parametrize("custom", [{}, {"rig_name": "unknown"}, {"recorder": "another"}])
 def test_a_bag_without_a_rig_s_name_has_none(tmp_path, custom):
-    assert origin_of(with_custom_data(tmp_path / "bag", custom)).rig == ""
+    assert Metadata.of(with_custom_data(tmp_path / "bag", custom)).rig == ""
 
 
 @pytest.mark.parametrize(
@@ -316,4 +316,5 @@ def test_a_bag_without_a_rig_s_name_has_none(tmp_path, custom):
 )
 def test_metadata_of_any_other_shape_or_none_tell_nothing(tmp_path, text):
     (tmp_path / "metadata.yaml").write_text(text)
-    assert origin_of(tmp_path) == origin_of(tmp_path / "nowhere") == Origin("", None)
+    for metadata in (Metadata.of(tmp_path), Metadata.of(tmp_path / "nowhere")):
+        assert not any((metadata.rig, metadata.start_ns, metadata.files, metadata.count(["/joint_states"])))
