@@ -38,7 +38,7 @@ def rig(tmp_path):
     return load_rig(tmp_path / "rig.yaml")
 
 
-def test_what_was_found_stands_beside_what_was_hidden_torques_over_A22(rig):
+def test_what_was_found_stands_beside_what_was_hidden_torques_over_the_inertia(rig):
     found = report(("coulomb_friction", "outer", "torque", 0.002 / A22), ("gravity_tilt", "base", "tilt", 0.01))
     compared = list(compare(rig, found))
     assert len(compared) == 7
