@@ -10,11 +10,10 @@ from sensor_msgs.msg import JointState, TimeReference
 from std_msgs.msg import String
 
 from cdp_ident.bag import joint_state
-from cdp_ident.bag.device_messages import DIAGNOSTICS, TIME_REFERENCE
+from cdp_ident.bag.device_messages import DIAGNOSTICS, TIME_REFERENCE, Health, Level
 from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.model.weights import ADDED, ADDED_STD, DESCRIPTIONS, NAMES, NOTHING, RODS, Weight, weights_of
 from cdp_ident.outside_text import shown, utf_8
-from cdp_ident.rig.health import Health, Level
 from cdp_ident.rig.recording.facts import RecorderOptions
 from cdp_ident.rig.recording.recorder import FLUSH_NS, Recorder, Surroundings
 from cdp_ident.ros.node import call_every, diagnose, parse_arguments, run_node, serve

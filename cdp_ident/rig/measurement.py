@@ -7,11 +7,10 @@ import threading
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from cdp_ident.bag.device_messages import CLOCK_RATE, CLOCK_RATE_STD, ClockRate
+from cdp_ident.bag.device_messages import CLOCK_RATE, CLOCK_RATE_STD, ClockRate, Health, Level
 from cdp_ident.errors import RigError
 from cdp_ident.rig.decoder import Counters, Decoder, Restart
 from cdp_ident.rig.device_clock import DeviceClock
-from cdp_ident.rig.health import Health, Level
 from cdp_ident.rig.joints import Calibration, JointTracker, Triple, Zero
 from cdp_ident.rig.port import PortState
 from cdp_ident.rig.protocol import ENCODER_FAULTS, Codec, Hello, Sample, Status
