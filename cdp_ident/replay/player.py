@@ -3,11 +3,14 @@
 """Plays a scene frame by frame, and says when the next frame is due."""
 
 from collections import deque
+from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from cdp_ident.configuration.fitted_model import FittedModel
 from cdp_ident.replay.scene import Frame, Scene
+from cdp_ident.user_input import Limits
 
 _AHEAD = 10
 """So many frames are computed at once."""
@@ -15,24 +18,28 @@ _END_TOLERANCE = 1e-9
 """A frame so little [s] after the scene's end is still shown: the time of a sample is a sum of rounded numbers."""
 
 
+@dataclass(frozen=True)
+class Pace:
+    """How a motion is played."""
+
+    frequency: Annotated[float, Limits(1.0, 1000.0)] = 200.0
+    """Frames a second [Hz]."""
+    rate: Annotated[float, Limits(1e-6, 1e6, changeable=True)] = 1.0
+    """The motion's time against the clock's."""
+    loop: Annotated[bool, Limits(changeable=True)] = True
+    """Begin anew at the end of the trial."""
+    clock: bool = False
+    """Publish the motion's time as /clock; the pace is then the wall's."""
+
+
 class Player:
     """Gives the frames of a scene, one after another, as evenly spaced in the motion's time as they are shown."""
 
-    def __init__(self, scene: Scene, frequency: float, rate: float = 1.0, loop: bool = True) -> None:
-        """Begin at the scene's beginning.
-
-        Args:
-            scene: what is played.
-            frequency: frames in a second of the viewer's time [Hz].
-            rate: the motion's time against the viewer's.
-            loop: whether it begins anew at the end.
-
-        Raises:
-            SimulationError: not even the first frames can be computed.
-        """
+    def __init__(self, scene: Scene, pace: Pace) -> None:
+        """Begin at the scene's beginning. Raises `SimulationError` where not even the first frames can be computed."""
         self.finished = False
         """Whether the scene has come to its end."""
-        self._scene, self._frequency, self._rate, self._loop = scene, frequency, rate, loop
+        self._scene, self._pace = scene, pace
         self._before = 0.0
         """How much was played before the scene began for the last time [s]."""
         self._ahead: deque[Frame] = deque()
@@ -48,7 +55,7 @@ class Player:
         """Return the next frame, None where the scene has ended. Raises `SimulationError`."""
         if not self._ahead:
             self._compute()
-        if not self._ahead and self._loop:
+        if not self._ahead and self._pace.loop:
             self.restart()
             self._compute()
         if not self._ahead:
@@ -69,15 +76,10 @@ class Player:
         self._scene.take_model(model, self._time())
         self._ahead.clear()
 
-    def take_rate(self, rate: float) -> None:
-        """Go on at another rate."""
+    def take_pace(self, pace: Pace) -> None:
+        """Go on at another rate, and begin anew at the end, be it reached already, or not."""
         self._go_on_from(self._time())
-        self._rate = rate
-
-    def take_loop(self, loop: bool) -> None:
-        """Begin anew at the end, be it reached already, or not."""
-        self._loop = loop
-        self.finished = self.finished and not loop
+        self._pace, self.finished = pace, self.finished and not pace.loop
 
     def _go_on_from(self, time: float) -> None:
         self._begin, self._count = time, 0
@@ -85,7 +87,7 @@ class Player:
 
     def _time(self, ahead: int = 0) -> float:
         """Return the time of the frame so many after the next [s]."""
-        return self._begin + (self._count + ahead) * self._rate / self._frequency
+        return self._begin + (self._count + ahead) * self._pace.rate / self._pace.frequency
 
     def _compute(self) -> None:
         times = np.array([self._time(ahead) for ahead in range(_AHEAD)])
