@@ -78,7 +78,7 @@ class RecorderNode:
             self._subscribe(TimeReference, TIME_REFERENCE, "time_reference"),
             self._subscribe(DiagnosticArray, DIAGNOSTICS, "/diagnostics"),
         ]
-        serve(node, "~/arm", self._arm)
+        serve(node, "~/arm", self._recorder.arm)
         serve(node, "~/start", lambda: self._recorder.start(self._now()))
         serve(node, "~/stop", self._stop)
         call_every(node, FLUSH_NS * 1e-9, lambda: self._recorder.tick(self._now()))
@@ -127,10 +127,6 @@ class RecorderNode:
     def _stop(self) -> object:
         self._drain()
         return self._recorder.stop() or self._recorder.state
-
-    def _arm(self) -> str:
-        self._recorder.arm()
-        return self._recorder.state
 
     def _drain(self) -> None:
         """Take what waits, the joint states last: they may end the trial."""

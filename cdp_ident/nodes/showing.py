@@ -288,17 +288,14 @@ class Shadowing:
         """Wait for the next release."""
         if self._shadow is not None:
             self._shadow.reset()
-        self._frames.say(self.state)
 
     def pause(self) -> None:
         """Show nothing; the rig is followed all the same."""
         self._paused = True
-        self._frames.say(self.state)
 
     def resume(self) -> None:
         """Show again."""
         self._paused = False
-        self._frames.say(self.state)
 
     def start(self) -> None:
         """The rig's next position starts it."""

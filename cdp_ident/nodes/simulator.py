@@ -146,6 +146,7 @@ class Simulator:
 
     def _after(self, action: Callable[[], None]) -> str:
         action()
+        self._frames.say(self._show.state)
         return self._show.state
 
 
