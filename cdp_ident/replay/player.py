@@ -4,6 +4,7 @@
 
 from collections import deque
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Annotated
 
 import numpy as np
@@ -97,29 +98,27 @@ class Player:
 
 
 class RateTimer:
-    """Deadlines as far apart as a frequency says, counted from the first, so that they do not drift.
+    """Deadlines as far apart as a frequency says, to the fraction of a nanosecond, so that they do not drift.
 
-    Where one is missed by more than a second (a computer that slept, a clock that was set) the count begins anew.
+    Where one is missed by more than a second (a computer that slept, a clock that was set) they begin anew.
     """
 
     def __init__(self, frequency: float) -> None:
-        self._period_ns = 1e9 / frequency
-        self._first_ns: int | None = None
-        self._count = 0
+        self._period = 1_000_000_000 / Fraction(frequency)
+        self._due: Fraction | None = None
+        """The next deadline [ns]; None where that is at once."""
 
     def begin_anew(self) -> None:
         """Let the next deadline be at once."""
-        self._first_ns = None
+        self._due = None
 
     def next_ns(self, now_ns: int) -> int:
         """Return the next deadline [ns]."""
-        if self._first_ns is not None:
-            due_ns = self._first_ns + round(self._count * self._period_ns)
-            if abs(due_ns - now_ns) <= 1e9 + self._period_ns:
-                return due_ns
-        self._first_ns, self._count = now_ns, 0
-        return now_ns
+        if self._due is None or abs(self._due - now_ns) > 1_000_000_000 + self._period:
+            self._due = Fraction(now_ns)
+        return round(self._due)
 
     def advance(self) -> None:
         """Go on to the next deadline."""
-        self._count += 1
+        if self._due is not None:
+            self._due += self._period

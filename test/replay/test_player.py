@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Playing: order, rate, loops, the end, and when the next frame is due."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -105,7 +107,7 @@ def test_deadlines_do_not_drift_however_late_each_is_met(frequency, late):
     now = begin
     for count, lateness in enumerate(late):
         deadline = timer.next_ns(now)
-        assert deadline == begin + round(count * 1e9 / frequency)
+        assert deadline == begin + round(count * 1_000_000_000 / Fraction(frequency))
         timer.advance()
         now = deadline + lateness
 
