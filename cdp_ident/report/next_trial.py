@@ -133,20 +133,21 @@ def answers(
 
 
 def _sharper(question: Question, names: tuple[str, ...], trials: NextTrial, loads: Loads, grid: Grid) -> Section:
-    found, values = trials.sharpest(names, loads, grid), trials.knowledge.values[trials.knowledge.places(names)]
+    best, knowledge = trials.sharpest(names, loads, grid), trials.knowledge
+    now, values = knowledge.uncertainty(names), knowledge.values[knowledge.places(names)]
     inertia = question.about == INERTIA.symbol
     # Of A22 the unknown is the inverse: a small change of it is A22 squared times as large in A22.
     scale = 1.0 / float(values[0]) ** 2 if inertia else 1.0
     told = {
         "names": [INERTIA.symbol] if inertia else names,
-        "std_now": scale * found.now.std,
-        "std_then": scale * found.then.std,
+        "std_now": scale * now.std,
+        "std_then": scale * trials.uncertainty_after(best.trial, names).std,
         "deviations_now": np.inf,
     }
-    if np.isfinite(found.now.size):
-        return _advice(question, found.survey, told, 1.0 / found.now.size)
+    if np.isfinite(now.size):
+        return _advice(question, best, told, 1.0 / now.size)
     size = abs(float(values[0])) if len(names) == 1 else 0.0
-    return _advice(question, found.survey, told, 1.0 / size if size else 0.0, _SHOWN)
+    return _advice(question, best, told, 1.0 / size if size else 0.0, _SHOWN)
 
 
 def _advice(question: Question, best: Survey, told: Section, unit: float, most: float = np.inf) -> Section:
