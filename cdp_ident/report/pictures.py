@@ -21,14 +21,13 @@ import numpy as np
 import numpy.typing as npt
 from markupsafe import Markup
 
-from cdp_ident.model.acting import outer_rod_length
 from cdp_ident.report.chapters import document_of
 from cdp_ident.report.curves import Curves, read_curves
 from cdp_ident.report.document import Document, markdown
 from cdp_ident.report.figures.curves import shown_samples
 from cdp_ident.report.figures.description import DARK, LIGHT, Axis, Bars, Colour, Figure, Heat, Mark
 from cdp_ident.report.folder import CURVES, FIGURES, PAGE, REPORT, TEXT, drawn_with, finite, write_files
-from cdp_ident.report.parameters import base_parameters, nominal_value
+from cdp_ident.report.parameters import base_parameters
 from cdp_ident.report.report_file import read_report
 from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import models, role_words
@@ -128,7 +127,7 @@ def _player(report: Section, curves: Curves, arrays: Arrays) -> dict[str, Any]:
 
     return {
         "length": report["after"]["physical"]["L"]["value"],
-        "outer_length": outer_rod_length(nominal_value(report, "L"), nominal_value(report, "l2")),
+        "outer_length": report["after"]["outer_rod_length_m"],
         "trials": [
             {
                 "time": arrays.keep(curve.time[every]),
