@@ -20,7 +20,7 @@ from cdp_ident.model.parameters import GROUPS, INERTIA, INVERSE_INERTIA
 from cdp_ident.model.weights import Weight
 from cdp_ident.report.figures.description import Axis, Figure, Heat, Line, Panel
 from cdp_ident.report.outcome import Outcome
-from cdp_ident.report.schema import ADVICE, Also, Section, filled
+from cdp_ident.report.schema import ADVICE, REPORT, Also, Section, filled
 from cdp_ident.report.wording import key_words, short_name, weights_words
 
 NOISES = {"new_noise_rad": "new", "noise_kept": "kept", "noise_mixed": "mixed", "unknown_torque_over_A22": "torque"}
@@ -66,7 +66,8 @@ def next_trial_section(outcome: Outcome, failed: Callable[[str], None]) -> Secti
         assumed = {name: getattr(noise, of) for name, of in NOISES.items()}
         assumed |= {"step_rad": sampling.steps, "time_noise_s": noise.time, "base_moves": noise.of_base}
         assumed["absolute_angles"] = noise.absolute
-        return {"assumed": Also(sampling, assumed), "advice": [one for one in advice if one]}
+        section = {"assumed": Also(sampling, assumed), "advice": [one for one in advice if one]}
+        return dict(filled(REPORT["properties"]["next_trial"], section))
     except (CdpIdentError, np.linalg.LinAlgError) as error:
         failed(f"which trial to record next: {error}")
         return None
