@@ -12,14 +12,12 @@ import numpy as np
 from scipy.special import expit
 
 from cdp_ident.arrays import Array
-from cdp_ident.diagnosis.evaluation import ErrorsByRole
 from cdp_ident.diagnosis.identifiability import identifiability
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.diagnosis.new_trial import NewTrialCheck
 from cdp_ident.diagnosis.prediction import plan_of, predicted
 from cdp_ident.diagnosis.warnings import FitWarning, find_warnings, outlier_warnings
 from cdp_ident.diagnosis.whiteness import Whiteness
-from cdp_ident.fit.data import Data
 from cdp_ident.fit.initial_states import Fit
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.physical import is_determined
@@ -54,18 +52,17 @@ def report(outcome: Outcome, new_trials: Sequence[NewTrialCheck] = ()) -> Sectio
     paper = completed if same_model else replace(found, fit=trace.before.fit)
     failures = list(trace.failures)
     next_trial = next_trial_section(outcome, failures.append)
-    errors = {stage: _errors(found.data, of) for stage, of in trace.errors.items()}
     residuals = _before_and_after(trace, Whiteness.of)
     section = {
         "schema": SCHEMA,
         "trials": _trials(outcome),
         "noise_rad": found.data.noise,
         "search": _search(outcome),
-        "stages": {stage: errors[stage] for stage in errors if stage != "effects"},
-        "before": _fit(paper) | {"error": errors["refined"]},
+        "stages": {stage: of for stage, of in trace.errors.items() if stage != "effects"},
+        "before": _fit(paper) | {"error": trace.errors["refined"]},
         "refinement": Also(found.whole, {"windows": (len(found.data.fit), len(found.data.holdout))}),
         "effects": [_effect(outcome, effect) for effect in trace.effects],
-        "after": _fit(completed) | {"error": errors["effects"]},
+        "after": _fit(completed) | {"error": trace.errors["effects"]},
         "unexplained": trace.unexplained,
         "verdict": verdict(trace),
         "prediction": _prediction(outcome),
@@ -153,15 +150,6 @@ def _correlation(model: MotionModel, covariance: Array) -> Section:
     with np.errstate(divide="ignore", invalid="ignore"):
         matrix = covariance / np.outer(std, std)
     return {"names": np.array(model.names)[shown].tolist(), "matrix": matrix}
-
-
-def _errors(data: Data, errors: ErrorsByRole) -> Section:
-    """Return the errors of a model over the motion of each role."""
-    roles = {"fit": (errors.fit, data.fit), "holdout": (errors.holdout, data.holdout)}
-    return {
-        role: Also(of, {"window_s": round(float(np.mean([window.duration for window in windows])), 3)})
-        for role, (of, windows) in roles.items()
-    }
 
 
 def _before_and_after(trace: Trace, found: Callable[[Fit], _Found]) -> tuple[_Found, _Found]:
