@@ -75,7 +75,7 @@ def report(outcome: Outcome, new_trials: Sequence[NewTrialCheck] = ()) -> Sectio
         "own_effects": job.own_effects,
         "expected": compared(job.expected, trace.effects) if job.expected else [],
         "new_trials": list(new_trials),
-        "identifiability": _identifiability(completed),
+        "identifiability": identifiability(completed),
         "in_doubt": [(doubt.active.key, doubt.weight, doubt.change[: len(GROUPS)]) for doubt in trace.in_doubt],
         "warnings": list(_warnings(outcome, new_trials, failures)),
         "run": {
@@ -234,9 +234,3 @@ def _warnings(outcome: Outcome, new_trials: Sequence[NewTrialCheck], failures: S
         )
     yield from outlier_warnings(outcome.loaded.trials)
     yield from find_warnings(trace.completed)
-
-
-def _identifiability(completed: Identification) -> Also:
-    found = identifiability(completed)
-    unseen, physical = ([tradeoff.changes for tradeoff in of] for of in (found.unobservable, found.tradeoffs))
-    return Also(found, {"unseen_changes": unseen, "physical_changes_without_effect": physical})
