@@ -82,7 +82,8 @@ def errors_of(fit: Fit | None, runs: Mapping[int, Array], windows: Sequence[Wind
         return Errors(np.inf, np.inf, np.inf, np.inf, -np.inf, -np.inf, window)
     squared = sum(float(np.sum(runs[window.trial][window.samples] ** 2)) for window in windows)
     squared = squared if np.isfinite(squared) else np.inf
-    return Errors(fit.rmse(), fit.rmse(0), fit.rmse(1), squared, *map(float, fit_per_cent(fit)), window)
+    of_theta1, of_theta2 = fit_per_cent(fit).tolist()
+    return Errors(fit.rmse(), fit.rmse(0), fit.rmse(1), squared, of_theta1, of_theta2, window)
 
 
 def fit_per_cent(fit: Fit) -> Array:
