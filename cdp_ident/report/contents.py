@@ -90,12 +90,12 @@ def report(outcome: Outcome, new_trials: Sequence[NewTrialCheck] = ()) -> Sectio
 
 
 def _trials(outcome: Outcome) -> list[Also]:
-    job, found = outcome.loaded.job, []
-    roles = ["fit"] * len(job.bags) + ["holdout"] * len(job.holdout)
-    for bag, role, trial in zip((*job.bags, *job.holdout), roles, outcome.loaded.trials, strict=True):
-        also = {"bag": str(bag), "role": role, "samples": len(trial.time), "warnings": trial.notes}
-        found.append(Also(trial, also))
-    return found
+    job = outcome.loaded.job
+    bags = [*((bag, "fit") for bag in job.bags), *((bag, "holdout") for bag in job.holdout)]
+    return [
+        Also(trial, {"bag": str(bag), "role": role, "samples": len(trial.time), "warnings": trial.notes})
+        for (bag, role), trial in zip(bags, outcome.loaded.trials, strict=True)
+    ]
 
 
 def _search(outcome: Outcome) -> Also:
@@ -183,22 +183,15 @@ def _effect(outcome: Outcome, found: FoundEffect) -> Also:
     return Also(found.active.effect, effect)
 
 
-def _selection(traced: Trace) -> Section:
+def _selection(traced: Trace) -> Section | Also:
     """Return how the effects were selected, and what the others would do for the model that has them."""
     selection = traced.selection
     if selection is None:
         return {"interrupted": False, "looked_in_s": 0.0, "steps": [], "candidates": []}
     recorded = selection.after.recorded
     scores = [(s.active.key, log10_odds(s.misfit + unlikelihood(s.active, recorded))) for s in selection.scores]
-    return {
-        "interrupted": selection.interrupted,
-        "looked_in_s": selection.seconds,
-        "steps": selection.steps,
-        "candidates": [
-            (effect, odds, float(expit(math.log(10.0) * odds)))
-            for effect, odds in sorted(scores, key=lambda pair: -pair[1])
-        ],
-    }
+    best_first = sorted(scores, key=lambda pair: -pair[1])
+    return Also(selection, {"candidates": [(key, odds, expit(math.log(10.0) * odds)) for key, odds in best_first]})
 
 
 def _whole_swings(found: WholeSwings, inertia: float) -> Also:

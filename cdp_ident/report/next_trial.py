@@ -23,7 +23,10 @@ from cdp_ident.report.outcome import Outcome
 from cdp_ident.report.schema import ADVICE, REPORT, Also, Section, filled
 from cdp_ident.report.wording import key_words, short_name, weights_words
 
-NOISES = {"new_noise_rad": "new", "noise_kept": "kept", "noise_mixed": "mixed", "unknown_torque_over_A22": "torque"}
+NOISES = {
+    "new_noise_rad": "new", "noise_kept": "kept", "noise_mixed": "mixed", "unknown_torque_over_A22": "torque",
+    "time_noise_s": "time", "base_moves": "of_base", "absolute_angles": "absolute",
+}  # fmt: skip
 """What is assumed of encoders and unknown torques, as `Noise` names it."""
 ALL = "all"
 """The name that stands for all base parameters."""
@@ -62,11 +65,9 @@ def next_trial_section(outcome: Outcome, failed: Callable[[str], None]) -> Secti
         questions = usual_questions(knowledge.model, [effect.also_possible for effect in trace.effects])
         used = [trial.weights for trial in outcome.loaded.trials]
         advice = answers(knowledge, motion, questions, Grid.of(REPORT_SPACING), used)
-        noise, sampling = knowledge.noise, knowledge.sampling
-        assumed = {name: getattr(noise, of) for name, of in NOISES.items()}
-        assumed |= {"step_rad": sampling.steps, "time_noise_s": noise.time, "base_moves": noise.of_base}
-        assumed["absolute_angles"] = noise.absolute
-        section = {"assumed": Also(sampling, assumed), "advice": [one for one in advice if one]}
+        assumed = {name: getattr(knowledge.noise, of) for name, of in NOISES.items()}
+        assumed["step_rad"] = knowledge.sampling.steps
+        section = {"assumed": Also(knowledge.sampling, assumed), "advice": [one for one in advice if one]}
         return dict(filled(REPORT["properties"]["next_trial"], section))
     except (CdpIdentError, np.linalg.LinAlgError) as error:
         failed(f"which trial to record next: {error}")
