@@ -36,7 +36,7 @@ def size(swings: Swings, names: Sequence[str]) -> float:
 
 def advised(swings: Swings, names: Sequence[str], rng: np.random.Generator, spacing: float) -> tuple[Swings, float]:
     """Return the swings with one more as advised, the hand missing it by some degrees, and the size foretold."""
-    found = NextTrial(swings.knowledge, Grid.of(spacing)).sharpest(names).survey
+    found = NextTrial(swings.knowledge, Grid.of(spacing)).sharpest(names)
     theta1, theta2 = np.pi + np.array([found.trial.inner, found.trial.outer]) + np.radians(rng.uniform(-3, 3, 2))
     return swings.with_one_more(swing(theta1, theta2, rng)), found.expected
 

@@ -132,8 +132,8 @@ def draw(kind: str) -> tuple[str, bytes]:
         torque=None
         if missing is None
         else (
-            missing.speed[:, column],
-            np.remainder(missing.angle[:, column] + math.pi, 2.0 * math.pi) - math.pi,
+            missing.over("speed", column),
+            missing.over("angle", column),
             1e3 * _inertia(made) * missing.torque[:, column],
         ),
     )

@@ -6,11 +6,14 @@ import difflib
 import math
 import sys
 from collections.abc import Iterable, Sequence
+from dataclasses import MISSING, fields
 from pathlib import Path
-from typing import Any, NamedTuple, get_type_hints
+from typing import Any, NamedTuple, TypeVar, get_type_hints
 
 from cdp_ident.errors import OptionError
 from cdp_ident.outside_text import shown
+
+_Kind = TypeVar("_Kind")
 
 _LARGEST = sys.float_info.max
 _LONGEST_NAME = 60
@@ -83,3 +86,22 @@ def mapping_of(content: Any, where: str, known: Sequence[str] = ()) -> dict[str,
     if known:
         refuse_unknown(map(str, content), known, f"key in {where}")
     return content
+
+
+def of_fields(content: Any, kind: type[_Kind], where: str) -> _Kind:
+    """Return a dataclass of numbers that a mapping gives by the names of its fields; others have their defaults.
+
+    Raises `OptionError` where a number is missing, unknown or out of its field's limits.
+    """
+    limits, types, values = limits_of(kind), get_type_hints(kind), {}
+    given = mapping_of(content, where, tuple(limits))
+    for part in fields(kind):  # type: ignore[arg-type]
+        name = part.name
+        if name in given:
+            least, most, _ = limits[name]
+            assert least is not None
+            assert most is not None
+            values[name] = types[name](number(given[name], f"{where}: {name}", least, most))
+        elif part.default is MISSING:
+            raise OptionError(f"{where}: {name} is missing")
+    return kind(**values)

@@ -6,6 +6,7 @@ import math
 import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import IntEnum
 from typing import Any, NamedTuple
 
 from cdp_ident.bag.joint_state import LITTLE_ENDIAN, NANOSECONDS, cdr_text, typestore
@@ -56,16 +57,27 @@ class ClockRate(NamedTuple):
         return f"{1e6 * self.fast:.3g} ± {1e6 * self.std:.2g} ppm"
 
 
-@dataclass(frozen=True)
-class DeviceStatus:
-    """One status of a DiagnosticArray."""
+class Level(IntEnum):
+    """Levels of a diagnostic status, as REP 107 has them."""
 
-    name: str
-    """Who says it."""
-    hardware_id: str
-    """Of which device."""
+    OK = 0
+    WARN = 1
+    ERROR = 2
+    STALE = 3
+
+
+@dataclass(frozen=True)
+class Health:
+    """How a device or a node is doing: one status of a DiagnosticArray."""
+
+    level: int
+    """A `Level`."""
     message: str
     values: Mapping[str, str]
+    hardware_id: str = ""
+    """Which device it is about, if any."""
+    name: str = ""
+    """Who says it, where that is not the node that has it."""
 
     @property
     def clock_rate(self) -> ClockRate | None:
@@ -77,15 +89,13 @@ class DeviceStatus:
         return ClockRate(fast, std) if abs(fast) < 0.5 and 0.0 <= std < math.inf else None
 
 
-def read_statuses(raw: bytes) -> list[DeviceStatus]:
+def read_statuses(raw: bytes) -> list[Health]:
     """Return what is said in the bytes of a DiagnosticArray; nothing where they are none."""
     try:
         message: Any = typestore().deserialize_cdr(raw, DIAGNOSTICS)
     except Exception:  # noqa: BLE001  a foreign message: rosbags raises whatever its bytes lead to
         return []
     return [
-        DeviceStatus(
-            status.name, status.hardware_id, status.message, {value.key: value.value for value in status.values}
-        )
-        for status in message.status
+        Health(of.level, of.message, {value.key: value.value for value in of.values}, of.hardware_id, of.name)
+        for of in message.status
     ]

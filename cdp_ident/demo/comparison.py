@@ -2,24 +2,24 @@
 # SPDX-License-Identifier: Apache-2.0
 """What came of a demonstration, and what was hidden in the emulated rig beside it."""
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-import numpy as np
 from rich.console import Console
 
 from cdp_ident.model.effects.catalogue import known_effects
-from cdp_ident.model.parameters import GROUPS, SYMBOLS, groups_of, inertia_about_cart
+from cdp_ident.model.parameters import GROUPS
 from cdp_ident.outside_text import shown
 from cdp_ident.report.document import Table, print_table
 from cdp_ident.report.folder import PAGE
+from cdp_ident.report.schema import Section
 from cdp_ident.report.searches import shown_generations
-from cdp_ident.rig.emulator.configuration import load_rig
-from cdp_ident.yaml_file import read_yaml
+from cdp_ident.rig.emulator.configuration import EmulatedRig, load_rig
 
 
-def print_result(console: Console, report: dict[str, Any]) -> None:
+def print_result(console: Console, report: Section) -> None:
     """Print how the search went, and what the models leave of the trial that was held out."""
     history = report["search"]["history"]
     generations = shown_generations(len(history) - 1)
@@ -32,7 +32,7 @@ def print_result(console: Console, report: dict[str, Any]) -> None:
     console.print("\nOn the trial that no fit has seen, measured against simulated:")
     for name, error in (("the paper's model, fitted", before), ("with the effects found", after)):
         rmse, free_run = 1e3 * error["rmse_rad"], error["sse_free_run"]
-        eq10 = "diverges" if free_run is None else f"{free_run:.4g} rad²"
+        eq10 = f"{free_run:.4g} rad²" if math.isfinite(free_run) else "diverges"
         console.print(f"  {name:<26} {rmse:8.4g} mrad over {error['window_s']:.3g} s   Eq. (10) {eq10}")
     noise = report["noise_rad"]
     console.print(f"  the encoders' noise        {1e3 * noise['theta1']:8.4g} and {1e3 * noise['theta2']:.4g} mrad")
@@ -47,32 +47,25 @@ class Compared(NamedTuple):
     found: float | None
 
 
-def compare(rig: Path, report: dict[str, Any]) -> Iterator[Compared]:
-    """Yield the five base parameters and then the effects of a rig's file and of `report.json`.
+def compare(rig: EmulatedRig, report: Section) -> Iterator[Compared]:
+    """Yield the five base parameters and then the effects of a rig and of `report.json`.
 
     Torques are given over A22, as the base parameters are: a free swing shows no more of them.
     """
-    truth = load_rig(rig).parameters
-    actual = np.array([truth[symbol] for symbol in SYMBOLS])
-    for group, value in zip(GROUPS, groups_of(actual, truth["L"]), strict=True):
+    for group, value in zip(GROUPS, rig.coefficients().tolist(), strict=False):
         found = report["after"]["groups"][group.symbol]["value"]
-        yield Compared(group.formula, "" if group.unit == "1" else group.unit, float(value), found)
+        yield Compared(group.formula, "" if group.unit == "1" else group.unit, value, found)
+    known = {(effect.joint, effect.name, p.name): p for effect in known_effects() for p in effect.parameters}
     hidden = {
-        (joint, name, parameter): value
-        for name, joints in read_yaml(rig).get("effects", {}).items()
-        for joint, values in joints.items()
-        for parameter, value in values.items()
+        (effect.joint, effect.name, parameter.name): value
+        for effect, values in rig.effects.each()
+        for parameter, value in zip(effect.parameters, values, strict=True)
     }
     found_effects = {
-        (effect["joint"], effect["name"], parameter): quantity["value"]
+        (effect["joint"], effect["name"], parameter): quantity["as_fitted"]["value"]
         for effect in report["effects"]
         for parameter, quantity in effect["parameters"].items()
     }
-    sides = (
-        (hidden, float(inertia_about_cart(actual, truth["L"]))),
-        (found_effects, report["after"]["physical"]["A22"]["value"]),
-    )
-    known = {(str(effect.joint), effect.name, p.name): p for effect in known_effects() for p in effect.parameters}
     for key in dict.fromkeys((*hidden, *found_effects)):
         description = known.get(key)
         if description is None or description.fixed:  # it only says which form of the effect is meant
@@ -81,14 +74,13 @@ def compare(rig: Path, report: dict[str, Any]) -> Iterator[Compared]:
         label, unit = f"{name.replace('_', ' ')}, {joint}: {parameter}", description.unit
         if power := description.inertia_power:
             label, unit = f"{label} / A22{'' if power == 1 else f'^{power}'}", f"{unit}, over A22's"
-        values = (of[key] / description.scale(inertia) if key in of else None for of, inertia in sides)
-        yield Compared(label, unit, *values)
+        yield Compared(label, unit, hidden.get(key), found_effects.get(key))
 
 
-def print_comparison(console: Console, rig: Path, report: dict[str, Any]) -> None:
+def print_comparison(console: Console, rig: Path, report: Section) -> None:
     """Print what was hidden in a rig beside what was found."""
     rows = []
-    for name, unit, hidden, found in compare(rig, report):
+    for name, unit, hidden, found in compare(load_rig(rig), report):
         off = f"{100 * abs(found / hidden - 1):.2g} %" if hidden and found is not None else ""
         rows.append((name, *("nothing" if value is None else f"{value:.6g}" for value in (hidden, found)), off, unit))
     console.print(f"identify did not read {shown(rig)}, which has the true values:", soft_wrap=True)

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Shows the whole way from a rig's serial port to parameters that other nodes read, on this machine."""
 
-import json
 from datetime import datetime
 from functools import partial
 from pathlib import Path
@@ -38,6 +37,7 @@ def main(arguments: list[str]) -> int:
     from cdp_ident.demo.nodes import Nodes, own_domain  # noqa: PLC0415
     from cdp_ident.demo.recording import RIG, record_trials, swing_times  # noqa: PLC0415
     from cdp_ident.report.document import wide_console  # noqa: PLC0415
+    from cdp_ident.report.report_file import read_report  # noqa: PLC0415
 
     rig = options.rig or RIG
     swing_times(rig)  # refuses an unusable file before anything is made
@@ -71,7 +71,7 @@ def main(arguments: list[str]) -> int:
             )
         nodes.stop("identify")
 
-    report = json.loads((out / "report" / REPORT).read_text(encoding="utf-8"))
+    report = read_report(out / "report" / REPORT)
     console.rule("4  What came of it", align="left")
     print_result(console, report)
     console.rule("5  Now the rig's secrets are opened", align="left")

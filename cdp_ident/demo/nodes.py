@@ -16,12 +16,11 @@ from typing import Any
 import rclpy
 import rclpy.executors
 import rclpy.signals
-from rcl_interfaces.srv import GetParameters, ListParameters
-from rclpy.parameter import parameter_value_to_python
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from cdp_ident.errors import CdpIdentError
+from cdp_ident.ros.model_parameters import ParameterSource
 from cdp_ident.ros.topics import latched
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
@@ -136,40 +135,31 @@ class Nodes:
             self._executor.spin_once(timeout_sec=0.05)
 
     def trigger(self, service: str) -> str:
-        """Call a Trigger service, again while it refuses, and return its message.
+        """Call a Trigger service, again while it refuses or does not answer, and return its message.
 
-        Raises `CdpIdentError` where it goes on to refuse.
+        Raises `CdpIdentError` where it goes on so.
         """
-        deadline = time.monotonic() + _PATIENCE
-        while True:
-            answer = self._call(Trigger, service, Trigger.Request())
-            if answer.success:
-                return str(answer.message)
-            if time.monotonic() > deadline:
-                raise CdpIdentError(f"{service} refuses: {answer.message}")
-            self.check()
-            time.sleep(0.2)
-
-    def parameters(self, node: str, prefixes: Sequence[str]) -> dict[str, Any]:
-        """Return the values of a node's parameters whose names begin with one of the prefixes."""
-        listed = self._call(ListParameters, f"{node}/list_parameters", ListParameters.Request())
-        names = sorted(name for name in listed.result.names if name.startswith(tuple(prefixes)))
-        answer = self._call(GetParameters, f"{node}/get_parameters", GetParameters.Request(names=names))
-        return {name: parameter_value_to_python(value) for name, value in zip(names, answer.values, strict=True)}
-
-    def _call(self, kind: Any, service: str, request: Any) -> Any:
-        client = self._node.create_client(kind, service)
+        client = self._node.create_client(Trigger, service)
         try:
-            deadline = time.monotonic() + _PATIENCE
             self.wait_for(f"the start of the service {service}", client.service_is_ready)
+            deadline, why = time.monotonic() + _PATIENCE, ""
             while time.monotonic() < deadline:
-                future, answer_by = client.call_async(request), time.monotonic() + _ANSWER
+                future, answer_by = client.call_async(Trigger.Request()), time.monotonic() + _ANSWER
                 self.wait_for("an answer", lambda: future.done() or time.monotonic() > answer_by)  # noqa: B023
-                if future.done():
-                    return future.result()
-            raise CdpIdentError(f"{service} did not answer within {_PATIENCE:.0f} s")
+                if future.done() and future.result().success:
+                    return str(future.result().message)
+                why = f"refuses: {future.result().message}" if future.done() else "does not answer"
+                time.sleep(0.2)
+            raise CdpIdentError(f"{service} {why}, for {_PATIENCE:.0f} s")
         finally:
             self._node.destroy_client(client)
+
+    def parameters(self, node: str, prefixes: Sequence[str]) -> dict[str, Any]:
+        """Return the values of the model that a node serves whose names begin with one of the prefixes, by name."""
+        served: list[dict[str, Any]] = []
+        ParameterSource(self._node, node, served.append)
+        self.wait_for(f"an answer of {node}", lambda: served)
+        return {name: value for name, value in sorted(served[0].items()) if name.startswith(tuple(prefixes))}
 
 
 def own_domain() -> None:

@@ -3,7 +3,7 @@
 """What a next trial would tell, start by start, under every criterion."""
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -47,18 +47,6 @@ def _rounded(value: float) -> float:
     return float(np.format_float_scientific(value, precision=1))
 
 
-@dataclass(frozen=True)
-class Sharper:
-    """The trial that makes values surest."""
-
-    now: Uncertainty
-    """Of the values asked for, as they are."""
-    then: Uncertainty
-    """After the trial, if it begins exactly where it is to."""
-    survey: Survey
-    """With the load that is best; its losses are that size after a trial."""
-
-
 class NextTrial:
     """Starts of a next trial, whose information is computed once for all criteria and grids."""
 
@@ -86,20 +74,21 @@ class NextTrial:
                 self._informations[trial] = None
         return self._informations[trial]
 
-    def sharpest(self, names: Sequence[str], loads: Loads = UNLOADED, grid: Grid | None = None) -> Sharper:
-        """Return the trial that makes the values of some unknowns surest: of one, or of several together.
+    def uncertainty_after(self, trial: CandidateTrial, names: Sequence[str]) -> Uncertainty:
+        """Return that of some unknowns after a trial, if it begins exactly where it is to."""
+        return self.knowledge.uncertainty(names, self._information(trial))
 
-        What the weights of the loads may be wrong by is among the knowledge's unknowns (`Knowledge.with_weights`). A
-        grid says from which starts to choose, if not from all.
+    def sharpest(self, names: Sequence[str], loads: Loads = UNLOADED, grid: Grid | None = None) -> Survey:
+        """Return by which trial the values of some unknowns are surest: of one, or of several together.
+
+        Losses are the size of their uncertainty then. What the weights of the loads may be wrong by is among the
+        knowledge's unknowns (`Knowledge.with_weights`). A grid says from which starts to choose, if not from all.
         """
 
         def loss(trial: CandidateTrial) -> float:
-            rows = self._information(trial)
-            return np.inf if rows is None else self.knowledge.uncertainty(names, rows).size
+            return np.inf if self._information(trial) is None else self.uncertainty_after(trial, names).size
 
-        found = self._survey(loss, loads, grid or self.grid)
-        then = self.knowledge.uncertainty(names, self._information(found.trial))
-        return Sharper(self.knowledge.uncertainty(names), then, found)
+        return self._survey(loss, loads, grid or self.grid)
 
     def furthest_apart(self, alternative: Alternative, loads: Loads = UNLOADED) -> Survey:
         """Return by which trial an effect of the model differs most from its alternative [deviations, negative]."""

@@ -36,9 +36,8 @@ class Errors:
     fit_theta1: float
     """Fit of theta1 [%]; see `fit_per_cent`."""
     fit_theta2: float
-
-
-_NO_MOTION = Errors(np.inf, np.inf, np.inf, sse_free_run=np.inf, fit_theta1=-np.inf, fit_theta2=-np.inf)
+    window: float
+    """Mean duration of the windows, to the millisecond [s]."""
 
 
 @dataclass(frozen=True)
@@ -73,19 +72,18 @@ def errors_by_role(fit: Fit | None, holdout: Fit | None, data: Data) -> ErrorsBy
     """
     every = holdout or fit  # over what was held out a model knows the zeros of trials held out, too
     runs = free_runs(every, data.trials, data.window) if every else {}
-    return ErrorsByRole(
-        *(
-            errors_of(followed, runs, windows) if followed else _NO_MOTION
-            for followed, windows in ((fit, data.fit), (holdout, data.holdout))
-        )
-    )
+    return ErrorsByRole(errors_of(fit, runs, data.fit), errors_of(holdout, runs, data.holdout))
 
 
-def errors_of(fit: Fit, runs: Mapping[int, Array], windows: Sequence[Window]) -> Errors:
+def errors_of(fit: Fit | None, runs: Mapping[int, Array], windows: Sequence[Window]) -> Errors:
     """Return the errors of a fit; Eq. (10) is taken from `free_runs`, over its own choice of windows."""
+    window = round(float(np.mean([window.duration for window in windows])), 3)
+    if fit is None:
+        return Errors(np.inf, np.inf, np.inf, np.inf, -np.inf, -np.inf, window)
     squared = sum(float(np.sum(runs[window.trial][window.samples] ** 2)) for window in windows)
     squared = squared if np.isfinite(squared) else np.inf
-    return Errors(fit.rmse(), fit.rmse(0), fit.rmse(1), squared, *map(float, fit_per_cent(fit)))
+    of_theta1, of_theta2 = fit_per_cent(fit).tolist()
+    return Errors(fit.rmse(), fit.rmse(0), fit.rmse(1), squared, of_theta1, of_theta2, window)
 
 
 def fit_per_cent(fit: Fit) -> Array:

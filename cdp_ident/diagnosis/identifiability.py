@@ -39,25 +39,20 @@ class Direction:
     """Power of each unknown in the combination; their squares add up to 1."""
 
 
-@dataclass(frozen=True)
-class Tradeoff:
-    """Values that can change together without any change of the motion."""
-
-    changes: Mapping[str, float]
-    """Relative change of each value; the largest is 1 (small changes)."""
+class Tradeoff(dict[str, float]):
+    """Values that can change together without any change of the motion: the relative change of each, at most 1."""
 
     @classmethod
     def of(cls, names: Sequence[str], vector: Array) -> "Tradeoff":
         """Make one of values' names and a vector (names,) of relative changes, of which some may be zero."""
         vector = vector / _largest(vector)
-        moved = {name: float(v) for name, v in zip(names, vector, strict=True) if abs(v) > _RANK_TOLERANCE}
-        return cls(moved)
+        return cls({name: float(v) for name, v in zip(names, vector, strict=True) if abs(v) > _RANK_TOLERANCE})
 
     def __str__(self) -> str:
-        names = list(self.changes)
-        if len({round(change, 6) for change in self.changes.values()}) == 1:
+        names = list(self)
+        if len({round(change, 6) for change in self.values()}) == 1:
             return f"{_enumerated(names)} can all be multiplied by one factor without changing the motion"
-        example = ", ".join(f"{name} {change:+.2g} %" for name, change in self.changes.items())
+        example = ", ".join(f"{name} {change:+.2g} %" for name, change in self.items())
         return f"{_enumerated(names)} cannot be told apart: {example} together change nothing"
 
 
@@ -69,11 +64,11 @@ class Identifiability:
     """Combinations of the unknowns, the best determined first."""
     undetermined: tuple[str, ...]
     """Unknowns whose 95 % interval is wider than half their value to either side."""
-    unobservable: tuple[Tradeoff, ...]
+    unseen_changes: tuple[Tradeoff, ...]
     """Unobservable combinations: unknowns that can change together without changing the motion."""
     determined_physical: tuple[str, ...]
     """Physical values that the trials determine, with what was measured beforehand."""
-    tradeoffs: tuple[Tradeoff, ...]
+    physical_changes_without_effect: tuple[Tradeoff, ...]
     """Physical values that can change together without changing the base parameters."""
     to_measure: tuple[str, ...]
     """Physical values which, measured as well, would make all others determinable."""
@@ -94,7 +89,7 @@ def identifiability(found: Identification) -> Identifiability:
     )
     directions, unobservable = _directions(fit, found.whole.triangle)
     # A base parameter that is correlated with L or g is determined as well as they are known.
-    hidden = set(undetermined) - {name for tradeoff in unobservable for name in tradeoff.changes}
+    hidden = set(undetermined) - {name for tradeoff in unobservable for name in tradeoff}
     shown = (*GROUPS, INVERSE_INERTIA) if inertia.shown else GROUPS
     seen = [index for index, group in enumerate(shown) if group.symbol not in hidden]
     derivatives = logarithmic_derivatives(physical.values, length, inertia.shown)[seen]
@@ -112,9 +107,9 @@ def identifiability(found: Identification) -> Identifiability:
     result = Identifiability(
         directions=directions,
         undetermined=undetermined,
-        unobservable=unobservable,
+        unseen_changes=unobservable,
         determined_physical=tuple(s for s, sure in zip(SYMBOLS, physical.determined, strict=True) if sure),
-        tradeoffs=tuple(_tradeoffs(free, columns)),
+        physical_changes_without_effect=tuple(_tradeoffs(free, columns)),
         to_measure=_to_measure(free, columns),
         words=(),
     )
@@ -195,7 +190,7 @@ def _words_on_unknowns(found: Identifiability, names: Sequence[str], values: Arr
     for name in found.undetermined:
         shown_share = f" (±{100 * shares[name]:.2g} %)" if np.isfinite(shares.get(name, np.inf)) else ""
         yield f"{formulas.get(name, name)} is not determined by these trials{shown_share}"
-    yield from map(str, found.unobservable)
+    yield from map(str, found.unseen_changes)
     if INVERSE_INERTIA.symbol in names:
         return  # a weight's place is a length beside L
     if "L" in names and "g" not in names:
@@ -229,7 +224,7 @@ def _words_on_inertia(fit: Fit, inertia: Inertia, trials: Sequence[str]) -> Iter
 def _words_on_physical_values(
     found: Identifiability, known: Sequence[str], inertia: Inertia, once_weighed: float
 ) -> Iterator[str]:
-    yield from map(str, found.tradeoffs)
+    yield from map(str, found.physical_changes_without_effect)
     if inertia.relative_std > GUESSED:
         yield (
             "no mass is known but the paper's rig's: what is in N m or kg may be three times as much, or a third; with "

@@ -11,10 +11,9 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import TimeReference
 from std_msgs.msg import Float64
 
-from cdp_ident.bag.device_messages import serialize_time_reference
+from cdp_ident.bag.device_messages import Health, Level, serialize_time_reference
 from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.errors import OptionError, RigError
-from cdp_ident.rig.health import Health, Level
 from cdp_ident.rig.joints import Calibration, load_zero, save_zero
 from cdp_ident.rig.measurement import MeasurementStream, assess
 from cdp_ident.rig.port import PortReader
@@ -93,7 +92,7 @@ class Driver:
         serve(node, "~/zero_hanging", self._zero_hanging)
         self._source = ""
         self._clock = node.get_clock()
-        self._told: tuple[Level, str | None] | None = None
+        self._told: tuple[int, str | None] | None = None
         """The level, and the port, that were last assessed."""
         self._before = self._stream.totals()
         self._assessed = time.monotonic()
@@ -168,11 +167,11 @@ def _default_zero_file(node: Any) -> str:
     return f"{home}/cdp_ident/{node.get_fully_qualified_name().strip('/').replace('/', '.')}_zero.yaml"
 
 
-def _log(logger: Any, level: Level, sentence: str) -> None:
+def _log(logger: Any, level: int, sentence: str) -> None:
     """Say something with the severity of a level; rclpy takes one severity from each line of code."""
-    if level is Level.OK:
+    if level == Level.OK:
         logger.info(sentence)
-    elif level is Level.ERROR:
+    elif level == Level.ERROR:
         logger.error(sentence)
     else:
         logger.warning(sentence)

@@ -8,6 +8,7 @@ from typing import Any
 
 from std_msgs.msg import String
 
+from cdp_ident.bag.device_messages import Health, Level
 from cdp_ident.command_line import EXIT_INTERRUPTED
 from cdp_ident.configuration.fitted_model import fitted_parameters
 from cdp_ident.configuration.settings import Settings, description_of, is_key, is_result
@@ -18,7 +19,6 @@ from cdp_ident.pipeline.interruption import Interruption
 from cdp_ident.report.outcome import LoadedJob
 from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import summary
-from cdp_ident.rig.health import Health, Level
 from cdp_ident.ros.node import call_every, diagnose, serve
 from cdp_ident.ros.parameters import Parameters
 from cdp_ident.ros.topics import latched

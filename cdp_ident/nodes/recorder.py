@@ -10,11 +10,10 @@ from sensor_msgs.msg import JointState, TimeReference
 from std_msgs.msg import String
 
 from cdp_ident.bag import joint_state
-from cdp_ident.bag.device_messages import DIAGNOSTICS, TIME_REFERENCE
+from cdp_ident.bag.device_messages import DIAGNOSTICS, TIME_REFERENCE, Health, Level
 from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.model.weights import ADDED, ADDED_STD, DESCRIPTIONS, NAMES, NOTHING, RODS, Weight, weights_of
 from cdp_ident.outside_text import shown, utf_8
-from cdp_ident.rig.health import Health, Level
 from cdp_ident.rig.recording.facts import RecorderOptions
 from cdp_ident.rig.recording.recorder import FLUSH_NS, Recorder, Surroundings
 from cdp_ident.ros.node import call_every, diagnose, parse_arguments, run_node, serve
@@ -79,7 +78,7 @@ class RecorderNode:
             self._subscribe(TimeReference, TIME_REFERENCE, "time_reference"),
             self._subscribe(DiagnosticArray, DIAGNOSTICS, "/diagnostics"),
         ]
-        serve(node, "~/arm", self._arm)
+        serve(node, "~/arm", self._recorder.arm)
         serve(node, "~/start", lambda: self._recorder.start(self._now()))
         serve(node, "~/stop", self._stop)
         call_every(node, FLUSH_NS * 1e-9, lambda: self._recorder.tick(self._now()))
@@ -128,10 +127,6 @@ class RecorderNode:
     def _stop(self) -> object:
         self._drain()
         return self._recorder.stop() or self._recorder.state
-
-    def _arm(self) -> str:
-        self._recorder.arm()
-        return self._recorder.state
 
     def _drain(self) -> None:
         """Take what waits, the joint states last: they may end the trial."""

@@ -4,12 +4,12 @@
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
-from typing import Annotated, Any
+from dataclasses import replace
+from typing import Any
 
-from builtin_interfaces.msg import Time
+from rclpy.time import Time
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
@@ -18,7 +18,7 @@ from cdp_ident.command_line import EXIT_BAD_INPUT
 from cdp_ident.configuration.fitted_model import FittedModel
 from cdp_ident.errors import CdpIdentError
 from cdp_ident.replay.observer import Observer
-from cdp_ident.replay.player import Player, RateTimer
+from cdp_ident.replay.player import Pace, Player, RateTimer
 from cdp_ident.replay.scene import Frame, Scene
 from cdp_ident.replay.shadow import Shadow
 from cdp_ident.rig.joints import Triple
@@ -26,7 +26,6 @@ from cdp_ident.rig.recording.detector import TrialLimits
 from cdp_ident.rig.recording.facts import JointNames, PositionReader
 from cdp_ident.ros.topics import JointStatePublisher, Subscription, latched
 from cdp_ident.trial.options import TrialOptions
-from cdp_ident.user_input import Limits
 
 JOINTS = ("cart_joint", "inner_joint", "outer_joint")
 _IDLE = 0.05
@@ -68,8 +67,7 @@ class FramePublisher:
     def show(self, frame: Frame, stamp_ns: int) -> None:
         """Publish a frame."""
         if self._clock:
-            seconds, nanoseconds = divmod(stamp_ns, 1_000_000_000)
-            self._clock.publish(Clock(clock=Time(sec=seconds, nanosec=nanoseconds)))
+            self._clock.publish(Clock(clock=Time(nanoseconds=stamp_ns).to_msg()))
         if self._measured and frame.measured:
             self._publish(self._measured, frame.measured, frame, stamp_ns)
         self._publish(self._simulated, frame.simulated, frame, stamp_ns)
@@ -92,20 +90,6 @@ class FramePublisher:
         """Wait until everything has arrived."""
         for topic in self._topics:
             topic.finish()
-
-
-@dataclass
-class Pace:
-    """How a motion is played."""
-
-    frequency: Annotated[float, Limits(1.0, 1000.0)] = 200.0
-    """Frames a second [Hz]."""
-    rate: Annotated[float, Limits(1e-6, 1e6, changeable=True)] = 1.0
-    """The motion's time against the clock's."""
-    loop: Annotated[bool, Limits(changeable=True)] = True
-    """Begin anew at the end of the trial."""
-    clock: bool = False
-    """Publish the motion's time as /clock; the pace is then the wall's."""
 
 
 class Playing:
@@ -161,10 +145,10 @@ class Playing:
         self._model = model
         self._change(lambda player: player.take_model(model))
 
-    def take_pace(self, name: str, value: Any) -> None:
-        """Go on with another value of what is changeable in `Pace`."""
-        setattr(self._pace, name, value)
-        self._change(lambda player: player.take_rate(value) if name == "rate" else player.take_loop(value))
+    def take_pace(self, changed: Mapping[str, Any]) -> None:
+        """Go on with other values of what is changeable in `Pace`, by name."""
+        self._pace = replace(self._pace, **changed)
+        self._change(lambda player: player.take_pace(self._pace))
 
     def begin_anew(self) -> None:
         """Play another scene from its beginning."""
@@ -202,8 +186,7 @@ class Playing:
             if self._model is not None:
                 try:
                     if self._player is None:
-                        scene = self._make_scene(self._model)
-                        self._player = Player(scene, self._pace.frequency, self._pace.rate, self._pace.loop)
+                        self._player = Player(self._make_scene(self._model), self._pace)
                     else:
                         what(self._player)
                     self._problem = ""
@@ -305,17 +288,14 @@ class Shadowing:
         """Wait for the next release."""
         if self._shadow is not None:
             self._shadow.reset()
-        self._frames.say(self.state)
 
     def pause(self) -> None:
         """Show nothing; the rig is followed all the same."""
         self._paused = True
-        self._frames.say(self.state)
 
     def resume(self) -> None:
         """Show again."""
         self._paused = False
-        self._frames.say(self.state)
 
     def start(self) -> None:
         """The rig's next position starts it."""

@@ -14,7 +14,8 @@ from cdp_ident.configuration.parameter_file import read_parameter_file
 from cdp_ident.configuration.settings import KEYS, Settings
 from cdp_ident.errors import OptionError
 from cdp_ident.model.parameters import NOMINAL
-from cdp_ident.nodes.showing import FramePublisher, Pace, Playing, Shadowing
+from cdp_ident.nodes.showing import FramePublisher, Playing, Shadowing
+from cdp_ident.replay.player import Pace
 from cdp_ident.replay.scene import Free, Replay, Scene, Start
 from cdp_ident.replay.shadow import DEFAULT_LEAD
 from cdp_ident.rig.recording.detector import TrialLimits
@@ -138,14 +139,14 @@ class Simulator:
     def _follow(self, changed: list[Any]) -> None:
         if not isinstance(self._show, Playing):
             return
-        for parameter in changed:
-            if parameter.name in ("rate", "loop"):
-                self._show.take_pace(parameter.name, parameter.value)
+        if pace := {parameter.name: parameter.value for parameter in changed if parameter.name in ("rate", "loop")}:
+            self._show.take_pace(pace)
         if any(parameter.name.startswith(_START) for parameter in changed):
             self._show.begin_anew()
 
     def _after(self, action: Callable[[], None]) -> str:
         action()
+        self._frames.say(self._show.state)
         return self._show.state
 
 

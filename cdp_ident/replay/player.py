@@ -3,11 +3,15 @@
 """Plays a scene frame by frame, and says when the next frame is due."""
 
 from collections import deque
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Annotated
 
 import numpy as np
 
 from cdp_ident.configuration.fitted_model import FittedModel
 from cdp_ident.replay.scene import Frame, Scene
+from cdp_ident.user_input import Limits
 
 _AHEAD = 10
 """So many frames are computed at once."""
@@ -15,24 +19,28 @@ _END_TOLERANCE = 1e-9
 """A frame so little [s] after the scene's end is still shown: the time of a sample is a sum of rounded numbers."""
 
 
+@dataclass(frozen=True)
+class Pace:
+    """How a motion is played."""
+
+    frequency: Annotated[float, Limits(1.0, 1000.0)] = 200.0
+    """Frames a second [Hz]."""
+    rate: Annotated[float, Limits(1e-6, 1e6, changeable=True)] = 1.0
+    """The motion's time against the clock's."""
+    loop: Annotated[bool, Limits(changeable=True)] = True
+    """Begin anew at the end of the trial."""
+    clock: bool = False
+    """Publish the motion's time as /clock; the pace is then the wall's."""
+
+
 class Player:
     """Gives the frames of a scene, one after another, as evenly spaced in the motion's time as they are shown."""
 
-    def __init__(self, scene: Scene, frequency: float, rate: float = 1.0, loop: bool = True) -> None:
-        """Begin at the scene's beginning.
-
-        Args:
-            scene: what is played.
-            frequency: frames in a second of the viewer's time [Hz].
-            rate: the motion's time against the viewer's.
-            loop: whether it begins anew at the end.
-
-        Raises:
-            SimulationError: not even the first frames can be computed.
-        """
+    def __init__(self, scene: Scene, pace: Pace) -> None:
+        """Begin at the scene's beginning. Raises `SimulationError` where not even the first frames can be computed."""
         self.finished = False
         """Whether the scene has come to its end."""
-        self._scene, self._frequency, self._rate, self._loop = scene, frequency, rate, loop
+        self._scene, self._pace = scene, pace
         self._before = 0.0
         """How much was played before the scene began for the last time [s]."""
         self._ahead: deque[Frame] = deque()
@@ -48,7 +56,7 @@ class Player:
         """Return the next frame, None where the scene has ended. Raises `SimulationError`."""
         if not self._ahead:
             self._compute()
-        if not self._ahead and self._loop:
+        if not self._ahead and self._pace.loop:
             self.restart()
             self._compute()
         if not self._ahead:
@@ -69,15 +77,10 @@ class Player:
         self._scene.take_model(model, self._time())
         self._ahead.clear()
 
-    def take_rate(self, rate: float) -> None:
-        """Go on at another rate."""
+    def take_pace(self, pace: Pace) -> None:
+        """Go on at another rate, and begin anew at the end, be it reached already, or not."""
         self._go_on_from(self._time())
-        self._rate = rate
-
-    def take_loop(self, loop: bool) -> None:
-        """Begin anew at the end, be it reached already, or not."""
-        self._loop = loop
-        self.finished = self.finished and not loop
+        self._pace, self.finished = pace, self.finished and not pace.loop
 
     def _go_on_from(self, time: float) -> None:
         self._begin, self._count = time, 0
@@ -85,7 +88,7 @@ class Player:
 
     def _time(self, ahead: int = 0) -> float:
         """Return the time of the frame so many after the next [s]."""
-        return self._begin + (self._count + ahead) * self._rate / self._frequency
+        return self._begin + (self._count + ahead) * self._pace.rate / self._pace.frequency
 
     def _compute(self) -> None:
         times = np.array([self._time(ahead) for ahead in range(_AHEAD)])
@@ -95,29 +98,27 @@ class Player:
 
 
 class RateTimer:
-    """Deadlines as far apart as a frequency says, counted from the first, so that they do not drift.
+    """Deadlines as far apart as a frequency says, to the fraction of a nanosecond, so that they do not drift.
 
-    Where one is missed by more than a second (a computer that slept, a clock that was set) the count begins anew.
+    Where one is missed by more than a second (a computer that slept, a clock that was set) they begin anew.
     """
 
     def __init__(self, frequency: float) -> None:
-        self._period_ns = 1e9 / frequency
-        self._first_ns: int | None = None
-        self._count = 0
+        self._period = 1_000_000_000 / Fraction(frequency)
+        self._due: Fraction | None = None
+        """The next deadline [ns]; None where that is at once."""
 
     def begin_anew(self) -> None:
         """Let the next deadline be at once."""
-        self._first_ns = None
+        self._due = None
 
     def next_ns(self, now_ns: int) -> int:
         """Return the next deadline [ns]."""
-        if self._first_ns is not None:
-            due_ns = self._first_ns + round(self._count * self._period_ns)
-            if abs(due_ns - now_ns) <= 1e9 + self._period_ns:
-                return due_ns
-        self._first_ns, self._count = now_ns, 0
-        return now_ns
+        if self._due is None or abs(self._due - now_ns) > 1_000_000_000 + self._period:
+            self._due = Fraction(now_ns)
+        return round(self._due)
 
     def advance(self) -> None:
         """Go on to the next deadline."""
-        self._count += 1
+        if self._due is not None:
+            self._due += self._period

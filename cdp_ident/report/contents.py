@@ -12,14 +12,12 @@ import numpy as np
 from scipy.special import expit
 
 from cdp_ident.arrays import Array
-from cdp_ident.diagnosis.evaluation import ErrorsByRole
 from cdp_ident.diagnosis.identifiability import identifiability
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.diagnosis.new_trial import NewTrialCheck
 from cdp_ident.diagnosis.prediction import plan_of, predicted
 from cdp_ident.diagnosis.warnings import FitWarning, find_warnings, outlier_warnings
 from cdp_ident.diagnosis.whiteness import Whiteness
-from cdp_ident.fit.data import Data
 from cdp_ident.fit.initial_states import Fit
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.physical import is_determined
@@ -54,18 +52,17 @@ def report(outcome: Outcome, new_trials: Sequence[NewTrialCheck] = ()) -> Sectio
     paper = completed if same_model else replace(found, fit=trace.before.fit)
     failures = list(trace.failures)
     next_trial = next_trial_section(outcome, failures.append)
-    errors = {stage: _errors(found.data, of) for stage, of in trace.errors.items()}
     residuals = _before_and_after(trace, Whiteness.of)
     section = {
         "schema": SCHEMA,
         "trials": _trials(outcome),
         "noise_rad": found.data.noise,
         "search": _search(outcome),
-        "stages": {stage: errors[stage] for stage in errors if stage != "effects"},
-        "before": _fit(paper) | {"error": errors["refined"]},
+        "stages": {stage: of for stage, of in trace.errors.items() if stage != "effects"},
+        "before": _fit(paper) | {"error": trace.errors["refined"]},
         "refinement": Also(found.whole, {"windows": (len(found.data.fit), len(found.data.holdout))}),
         "effects": [_effect(outcome, effect) for effect in trace.effects],
-        "after": _fit(completed) | {"error": errors["effects"]},
+        "after": _fit(completed) | {"error": trace.errors["effects"]},
         "unexplained": trace.unexplained,
         "verdict": verdict(trace),
         "prediction": _prediction(outcome),
@@ -78,7 +75,7 @@ def report(outcome: Outcome, new_trials: Sequence[NewTrialCheck] = ()) -> Sectio
         "own_effects": job.own_effects,
         "expected": compared(job.expected, trace.effects) if job.expected else [],
         "new_trials": list(new_trials),
-        "identifiability": _identifiability(completed),
+        "identifiability": identifiability(completed),
         "in_doubt": [(doubt.active.key, doubt.weight, doubt.change[: len(GROUPS)]) for doubt in trace.in_doubt],
         "warnings": list(_warnings(outcome, new_trials, failures)),
         "run": {
@@ -93,12 +90,12 @@ def report(outcome: Outcome, new_trials: Sequence[NewTrialCheck] = ()) -> Sectio
 
 
 def _trials(outcome: Outcome) -> list[Also]:
-    job, found = outcome.loaded.job, []
-    roles = ["fit"] * len(job.bags) + ["holdout"] * len(job.holdout)
-    for bag, role, trial in zip((*job.bags, *job.holdout), roles, outcome.loaded.trials, strict=True):
-        also = {"bag": str(bag), "role": role, "samples": len(trial.time), "warnings": trial.notes}
-        found.append(Also(trial, also))
-    return found
+    job = outcome.loaded.job
+    bags = [*((bag, "fit") for bag in job.bags), *((bag, "holdout") for bag in job.holdout)]
+    return [
+        Also(trial, {"bag": str(bag), "role": role, "samples": len(trial.time), "warnings": trial.notes})
+        for (bag, role), trial in zip(bags, outcome.loaded.trials, strict=True)
+    ]
 
 
 def _search(outcome: Outcome) -> Also:
@@ -155,15 +152,6 @@ def _correlation(model: MotionModel, covariance: Array) -> Section:
     return {"names": np.array(model.names)[shown].tolist(), "matrix": matrix}
 
 
-def _errors(data: Data, errors: ErrorsByRole) -> Section:
-    """Return the errors of a model over the motion of each role."""
-    roles = {"fit": (errors.fit, data.fit), "holdout": (errors.holdout, data.holdout)}
-    return {
-        role: Also(of, {"window_s": round(float(np.mean([window.duration for window in windows])), 3)})
-        for role, (of, windows) in roles.items()
-    }
-
-
 def _before_and_after(trace: Trace, found: Callable[[Fit], _Found]) -> tuple[_Found, _Found]:
     """Return what is found of both models over what was held out: there they know the zeros of all encoders."""
     before = found(trace.before.holdout)
@@ -195,22 +183,15 @@ def _effect(outcome: Outcome, found: FoundEffect) -> Also:
     return Also(found.active.effect, effect)
 
 
-def _selection(traced: Trace) -> Section:
+def _selection(traced: Trace) -> Section | Also:
     """Return how the effects were selected, and what the others would do for the model that has them."""
     selection = traced.selection
     if selection is None:
         return {"interrupted": False, "looked_in_s": 0.0, "steps": [], "candidates": []}
     recorded = selection.after.recorded
     scores = [(s.active.key, log10_odds(s.misfit + unlikelihood(s.active, recorded))) for s in selection.scores]
-    return {
-        "interrupted": selection.interrupted,
-        "looked_in_s": selection.seconds,
-        "steps": selection.steps,
-        "candidates": [
-            (effect, odds, float(expit(math.log(10.0) * odds)))
-            for effect, odds in sorted(scores, key=lambda pair: -pair[1])
-        ],
-    }
+    best_first = sorted(scores, key=lambda pair: -pair[1])
+    return Also(selection, {"candidates": [(key, odds, expit(math.log(10.0) * odds)) for key, odds in best_first]})
 
 
 def _whole_swings(found: WholeSwings, inertia: float) -> Also:
@@ -246,9 +227,3 @@ def _warnings(outcome: Outcome, new_trials: Sequence[NewTrialCheck], failures: S
         )
     yield from outlier_warnings(outcome.loaded.trials)
     yield from find_warnings(trace.completed)
-
-
-def _identifiability(completed: Identification) -> Also:
-    found = identifiability(completed)
-    unseen, physical = ([tradeoff.changes for tradeoff in of] for of in (found.unobservable, found.tradeoffs))
-    return Also(found, {"unseen_changes": unseen, "physical_changes_without_effect": physical})

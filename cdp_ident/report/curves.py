@@ -27,7 +27,7 @@ from cdp_ident.model.parameters import LARGEST
 from cdp_ident.outside_text import shown
 from cdp_ident.report.outcome import Outcome
 from cdp_ident.tracing.final_model import FinalModel
-from cdp_ident.tracing.missing_torque import MissingTorque
+from cdp_ident.tracing.missing_torque import JointMotion, MissingTorque
 
 NO_WINDOW = -1
 FORMAT = "cdp_ident/curves/1"
@@ -63,23 +63,15 @@ class TrialCurves:
 
 
 @dataclass(frozen=True)
-class TorqueCurves:
-    """The torque that a model lacks (see `MissingTorque`), and those of its effects; columns are the two joints."""
+class TorqueCurves(JointMotion):
+    """The torque that a model lacks (see `MissingTorque`), and those of its effects."""
 
-    trial: Indices
-    """(m,) which trial a value is of."""
-    time: Array
-    """(m,) its time in the trial [s]."""
-    angle: Array
-    """(m, 2) angle of each joint: the inner one from hanging, the outer one relative to the inner rod [rad]."""
-    speed: Array
-    """(m, 2) speed of each joint [rad/s]."""
     missing: Array
-    """(m, 2) torque that the model lacks [N m]; zero in a joint where none is missing."""
+    """(n, 2) torque that the model lacks [N m]; zero in a joint where none is missing."""
     std: Array
-    """(m, 2) its standard deviation, that of A22 apart [N m]."""
+    """(n, 2) its standard deviation, that of A22 apart [N m]."""
     effects: Array
-    """(effects, m, 2) torque of each of its effects [N m]; zero for effects of encoders."""
+    """(effects, n, 2) torque of each of its effects [N m]; zero for effects of encoders."""
 
 
 _EMPTY, _EMPTY_PAIRS, _NO_PLACES = np.zeros(0), np.zeros((0, 2)), np.zeros(0, dtype=np.int64)

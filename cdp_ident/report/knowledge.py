@@ -4,6 +4,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -66,17 +67,16 @@ def knowledge_of(report: Section) -> Knowledge | None:
     base = [physical[symbol]["value"] for symbol in constants]
     base += [1.0 / model.mechanism.inertia] * model.inertia_free + [error["value"] for error in errors]
     values = np.insert(values, len(GROUPS), base)
-    new, kept, mixed, torque = (_of_joints(assumed[name]) for name in NOISES)
-    told = (assumed[name] for name in ("time_noise_s", "base_moves", "absolute_angles"))
-    noise = Noise(new, kept, mixed, torque, *told)
+    noise = Noise(**{of: _of_joints(assumed[name]) for name, of in NOISES.items()})
     sampling = Sampling(steps=_of_joints(assumed["step_rad"]), **{span: assumed[f"{span}_s"] for span in _SPANS})
     covariance = _covariance(model, _standard_deviations(report, model), correlation)
     zeros = tuple(joint for joint in JOINTS if any(name.startswith(f"zero.{joint}.") for name in names))
     return Knowledge(model, values, covariance, noise, sampling).with_weights(()).with_zeros_of_its_own(zeros)
 
 
-def _of_joints(given: Section) -> Array:
-    return np.array([given[joint] for joint in JOINTS])
+def _of_joints(given: Any) -> Any:
+    """Return what is given of each joint as an array (2,); what is given of both together as it is."""
+    return np.array([given[joint] for joint in JOINTS]) if isinstance(given, dict) else given
 
 
 def _refuse_endless(assumed: Section) -> None:

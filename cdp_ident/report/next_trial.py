@@ -23,7 +23,10 @@ from cdp_ident.report.outcome import Outcome
 from cdp_ident.report.schema import ADVICE, REPORT, Also, Section, filled
 from cdp_ident.report.wording import key_words, short_name, weights_words
 
-NOISES = {"new_noise_rad": "new", "noise_kept": "kept", "noise_mixed": "mixed", "unknown_torque_over_A22": "torque"}
+NOISES = {
+    "new_noise_rad": "new", "noise_kept": "kept", "noise_mixed": "mixed", "unknown_torque_over_A22": "torque",
+    "time_noise_s": "time", "base_moves": "of_base", "absolute_angles": "absolute",
+}  # fmt: skip
 """What is assumed of encoders and unknown torques, as `Noise` names it."""
 ALL = "all"
 """The name that stands for all base parameters."""
@@ -62,11 +65,9 @@ def next_trial_section(outcome: Outcome, failed: Callable[[str], None]) -> Secti
         questions = usual_questions(knowledge.model, [effect.also_possible for effect in trace.effects])
         used = [trial.weights for trial in outcome.loaded.trials]
         advice = answers(knowledge, motion, questions, Grid.of(REPORT_SPACING), used)
-        noise, sampling = knowledge.noise, knowledge.sampling
-        assumed = {name: getattr(noise, of) for name, of in NOISES.items()}
-        assumed |= {"step_rad": sampling.steps, "time_noise_s": noise.time, "base_moves": noise.of_base}
-        assumed["absolute_angles"] = noise.absolute
-        section = {"assumed": Also(sampling, assumed), "advice": [one for one in advice if one]}
+        assumed = {name: getattr(knowledge.noise, of) for name, of in NOISES.items()}
+        assumed["step_rad"] = knowledge.sampling.steps
+        section = {"assumed": Also(knowledge.sampling, assumed), "advice": [one for one in advice if one]}
         return dict(filled(REPORT["properties"]["next_trial"], section))
     except (CdpIdentError, np.linalg.LinAlgError) as error:
         failed(f"which trial to record next: {error}")
@@ -134,20 +135,21 @@ def answers(
 
 
 def _sharper(question: Question, names: tuple[str, ...], trials: NextTrial, loads: Loads, grid: Grid) -> Section:
-    found, values = trials.sharpest(names, loads, grid), trials.knowledge.values[trials.knowledge.places(names)]
+    best, knowledge = trials.sharpest(names, loads, grid), trials.knowledge
+    now, values = knowledge.uncertainty(names), knowledge.values[knowledge.places(names)]
     inertia = question.about == INERTIA.symbol
     # Of A22 the unknown is the inverse: a small change of it is A22 squared times as large in A22.
     scale = 1.0 / float(values[0]) ** 2 if inertia else 1.0
     told = {
         "names": [INERTIA.symbol] if inertia else names,
-        "std_now": scale * found.now.std,
-        "std_then": scale * found.then.std,
+        "std_now": scale * now.std,
+        "std_then": scale * trials.uncertainty_after(best.trial, names).std,
         "deviations_now": np.inf,
     }
-    if np.isfinite(found.now.size):
-        return _advice(question, found.survey, told, 1.0 / found.now.size)
+    if np.isfinite(now.size):
+        return _advice(question, best, told, 1.0 / now.size)
     size = abs(float(values[0])) if len(names) == 1 else 0.0
-    return _advice(question, found.survey, told, 1.0 / size if size else 0.0, _SHOWN)
+    return _advice(question, best, told, 1.0 / size if size else 0.0, _SHOWN)
 
 
 def _advice(question: Question, best: Survey, told: Section, unit: float, most: float = np.inf) -> Section:

@@ -7,7 +7,6 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from cdp_ident.arrays import Array
 from cdp_ident.fit.physical import CONFIDENCE
 from cdp_ident.model.parameters import CONSTANTS, GROUPS, INERTIA, PARAMETERS, SYMBOLS, groups_of, inertia_about_cart
 from cdp_ident.report.document import Charts, Parts, Row, Sentences, Table
@@ -36,7 +35,7 @@ _Shown = tuple[str, Colour, str, Section]
 
 def parameters(report: Section) -> Parts:
     """Return the chapter: base parameters, physical values, what the trials determine, and each trial alone."""
-    after, compared = report["after"], report["repeatability"]
+    after, compared, nominal = report["after"], report["repeatability"], nominal_values(report)
     trials = compared["trials"] if compared else ()
     agree = "agree" if compared and compared["agree"] else "do not agree"
     estimates = (after["groups"], *(trial["groups"] for trial in trials))
@@ -49,7 +48,7 @@ def parameters(report: Section) -> Parts:
                 (
                     parameter.symbol,
                     parameter.description,
-                    f"{nominal_value(report, parameter.symbol):.4g}",
+                    f"{nominal[parameter.symbol]:.4g}",
                     *_fitted(after["physical"][parameter.symbol], 0.0),
                     how_determined(report, parameter.symbol),
                 )
@@ -72,7 +71,7 @@ def parameters(report: Section) -> Parts:
 
 def base_parameters(report: Section, short: bool = False) -> Table:
     """Return the base parameters of the final model; in `short`, with their units beside the values."""
-    nominal, rows = nominal_groups(report), []
+    nominal, rows = nominal_values(report), []
     for group in GROUPS:
         found = report["after"]["groups"][group.symbol]
         name, sure = group_words(group), "yes" if found["determined"] else "not by these trials"
@@ -88,25 +87,20 @@ def _fitted(quantity: Section, lowest: float = -math.inf) -> Row:
     return with_std(*value), interval(*value, lowest) if value[1] else "", unit(quantity["unit"])
 
 
-def nominal_value(report: Section, symbol: str) -> float:
-    """Return what was known of a physical parameter before: its measured value, or else its nominal one."""
+def nominal_values(report: Section) -> dict[str, float]:
+    """Return what was known of all parameters before, by symbol: measured values, or else nominal ones."""
     options = report["run"]["options"]
-    if symbol == INERTIA.symbol:
-        return float(inertia_about_cart(_nominal_values(report), nominal_value(report, "L")))
-    if symbol in (constant.symbol for constant in CONSTANTS):
-        return float(options[symbol])
-    known = options.get(f"known.{symbol}")
-    return float(options[f"nominal.{symbol}"] if known is None else known)
-
-
-def nominal_groups(report: Section) -> dict[str, float]:
-    """Return the base parameters of the values known before, by their symbols."""
-    values = groups_of(_nominal_values(report), nominal_value(report, "L"))
-    return {group.symbol: float(value) for group, value in zip(GROUPS, values, strict=True)}
-
-
-def _nominal_values(report: Section) -> Array:
-    return np.array([nominal_value(report, symbol) for symbol in SYMBOLS])
+    values = {constant.symbol: float(options[constant.symbol]) for constant in CONSTANTS}
+    for symbol in SYMBOLS:
+        known = options.get(f"known.{symbol}")
+        values[symbol] = float(options[f"nominal.{symbol}"] if known is None else known)
+    rods, length = np.array([values[symbol] for symbol in SYMBOLS]), values["L"]
+    groups = zip(GROUPS, groups_of(rods, length).tolist(), strict=True)
+    return {
+        **values,
+        INERTIA.symbol: float(inertia_about_cart(rods, length)),
+        **{group.symbol: value for group, value in groups},
+    }
 
 
 def how_determined(report: Section, symbol: str) -> str:
@@ -139,14 +133,9 @@ def determined_words(report: Section) -> list[str]:
 
 def against_nominal(report: Section) -> Figure:
     """Return base parameters and physical values over the nominal ones."""
-    after, groups = report["after"], nominal_groups(report)
-    physical = {
-        symbol: nominal_value(report, symbol)
-        for symbol, quantity in after["physical"].items()
-        if quantity["std"] != 0.0  # as one that is given has
-    }
+    after, nominal = report["after"], nominal_values(report)
     undetermined = [symbol for symbol, quantity in after["physical"].items() if not quantity["determined"]]
-    ratios = (f"{short_name(s)} {q['value'] / groups[s]:.4g}" for s, q in after["groups"].items() if groups[s])
+    ratios = (f"{short_name(s)} {q['value'] / nominal[s]:.4g}" for s, q in after["groups"].items() if nominal[s])
     return Figure(
         "parameters",
         "Parameters against nominal",
@@ -155,14 +144,18 @@ def against_nominal(report: Section) -> Figure:
         f"Base parameters of the final model over nominal: {', '.join(ratios)}. Not determined: "
         f"{', '.join(undetermined) or 'none'}.",
         [
-            _over_nominal(report, "groups", groups, "base parameters, all that a free swing shows"),
-            _over_nominal(report, "physical", physical, "physical values"),
+            _over_nominal(report, "groups", nominal, "base parameters, all that a free swing shows"),
+            _over_nominal(report, "physical", nominal, "physical values"),
         ],
     )
 
 
 def _over_nominal(report: Section, kind: str, nominal: Mapping[str, float], title: str) -> Panel:
-    reference = {name: value for name, value in nominal.items() if value}
+    reference = {
+        name: nominal[name]
+        for name, quantity in report["after"][kind].items()
+        if nominal[name] and (kind == "groups" or quantity["std"] != 0.0)  # as a physical value that is given has
+    }
     shapes = {"before": "diamond", "after": "circle"}
     shown = [(model.label, model.key, shapes[model.key], report[model.key][kind]) for model in models(report)]
     names, height = named(map(short_name, reference)), 60.0 + 30.0 * len(reference)

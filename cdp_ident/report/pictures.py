@@ -12,9 +12,7 @@ import base64
 import gzip
 import hashlib
 import html
-import math
 import textwrap
-from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,14 +21,13 @@ import numpy as np
 import numpy.typing as npt
 from markupsafe import Markup
 
-from cdp_ident.model.acting import outer_rod_length
 from cdp_ident.report.chapters import document_of
 from cdp_ident.report.curves import Curves, read_curves
 from cdp_ident.report.document import Document, markdown
 from cdp_ident.report.figures.curves import shown_samples
 from cdp_ident.report.figures.description import DARK, LIGHT, Axis, Bars, Colour, Figure, Heat, Mark
-from cdp_ident.report.folder import CURVES, FIGURES, PAGE, REPORT, TEXT, drawn_with, write_files
-from cdp_ident.report.parameters import base_parameters, nominal_value
+from cdp_ident.report.folder import CURVES, FIGURES, PAGE, REPORT, TEXT, drawn_with, finite, write_files
+from cdp_ident.report.parameters import base_parameters
 from cdp_ident.report.report_file import read_report
 from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import models, role_words
@@ -130,7 +127,7 @@ def _player(report: Section, curves: Curves, arrays: Arrays) -> dict[str, Any]:
 
     return {
         "length": report["after"]["physical"]["L"]["value"],
-        "outer_length": outer_rod_length(nominal_value(report, "L"), nominal_value(report, "l2")),
+        "outer_length": report["after"]["outer_rod_length_m"],
         "trials": [
             {
                 "time": arrays.keep(curve.time[every]),
@@ -197,7 +194,7 @@ def plotly_figure(figure: Figure, arrays: Arrays) -> Json:
         if titles[index]:
             layout["annotations"].append({"text": f"<b>{_literal(titles[index])}</b>", "x": 0, "y": high})
         top -= panel.height + bottoms[index]
-    return {"data": data, "layout": layout}
+    return {"data": finite(data), "layout": layout}
 
 
 def _colour(name: Colour) -> Json:
@@ -217,7 +214,7 @@ def _trace(mark: Mark, arrays: Arrays) -> Json:
     trace["text"] = [_literal(words) for words in mark.words]
     if isinstance(mark, Bars):
         return trace | {
-            "type": "bar", "x": _finite(mark.lengths), "y": list(mark.positions), "width": mark.thickness,
+            "type": "bar", "x": mark.lengths, "y": mark.positions, "width": mark.thickness,
             "marker": {"color": colour},
             "insidetextfont": {"color": _colour("ink" if mark.colour == "noise" else "surface")},
         }  # fmt: skip
@@ -227,7 +224,7 @@ def _trace(mark: Mark, arrays: Arrays) -> Json:
         marker |= {"color": fills, "line": {"color": colour, "width": 1.8}}
     if mark.half_widths:
         trace["error_y" if mark.upright else "error_x"] = {
-            "type": "data", "array": _finite(mark.half_widths), "color": colour, "thickness": 1.6, "width": 4,
+            "type": "data", "array": mark.half_widths, "color": colour, "thickness": 1.6, "width": 4,
         }  # fmt: skip
     return trace | {
         "type": "scatter", "x": arrays.keep(mark.x), "y": arrays.keep(mark.y), "marker": marker,
@@ -237,14 +234,10 @@ def _trace(mark: Mark, arrays: Arrays) -> Json:
     }  # fmt: skip
 
 
-def _finite(values: Sequence[float]) -> list[float | None]:
-    return [value if math.isfinite(value) else None for value in values]
-
-
 def _heat(mark: Heat) -> Json:
     rows_of, columns_of = (list(range(count)) for count in mark.matrix.shape)
     low, high = mark.limits
-    rows = [[round(float(v), mark.digits) if math.isfinite(v) else None for v in row] for row in mark.matrix]
+    rows = [[round(value, mark.digits) for value in row] for row in mark.matrix.tolist()]
     return {
         "type": "heatmap", "x": columns_of, "y": rows_of, "z": rows, "zmin": low, "zmax": high,
         "texttemplate": f"%{{z:.{mark.digits}f}}" if mark.written else "",

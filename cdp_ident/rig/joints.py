@@ -4,16 +4,16 @@
 
 import math
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 import yaml
 
 from cdp_ident.errors import OptionError, RigError
 from cdp_ident.files import write_whole
 from cdp_ident.rig.protocol import UNSIGNED_32, Hello, Sample, signed_32
-from cdp_ident.user_input import Limits, number
+from cdp_ident.user_input import Limits, of_fields
 from cdp_ident.yaml_file import read_yaml
 
 HANGING = (0.0, math.pi, 0.0)
@@ -24,12 +24,13 @@ _REST_US = round(REST_SECONDS * 1e6)
 _BELIEVED_AFTER = 3
 """A jump past the slew limit is believed when this many samples in a row agree on it."""
 
-_LARGEST_COUNT = 2.0**63
 _NEW_ZERO = "delete it, let the pendulum hang and call ~/zero_hanging"
 
 Triple = tuple[float, float, float]
 _Sign = Annotated[int, Limits(-1, 1)]
 _Counts = Annotated[int, Limits(0, 2**31)]
+_MeanCounts = Annotated[float, Limits(-(2.0**63), 2.0**63)]
+_Whole = Annotated[int, Limits(-(2**63), 2**63)]
 _Slew = Annotated[float, Limits(0.01, 1e6)]
 _Rest = Annotated[float, Limits(0.0, 1.0)]
 
@@ -177,22 +178,23 @@ def _seconds(before: _Counted, after: _Counted) -> float:
     return ((after.time_us - before.time_us) & UNSIGNED_32) * 1e-6
 
 
-class Zero(NamedTuple):
+@dataclass(frozen=True)
+class Zero:
     """Counts at rest, hanging; and when they were taken, to know whether the device has run on since."""
 
-    cart_counts: float
+    cart_counts: _MeanCounts
     """The mean over a second, so no whole number; likewise the next two."""
-    inner_counts: float
-    outer_counts: float
-    sequence: int
+    inner_counts: _MeanCounts
+    outer_counts: _MeanCounts
+    sequence: _Whole
     """Sequence number of the device at that time."""
-    taken_at_ns: int
+    taken_at_ns: _Whole
     """Host's time [ns since the epoch]."""
 
     @property
     def counts(self) -> Triple:
         """Those of cart, inner and outer encoder."""
-        return self[:3]
+        return self.cart_counts, self.inner_counts, self.outer_counts
 
     def is_of_this_run(self, sequence: int, now_ns: int, period_us: int) -> bool:
         """Tell whether the device's sequence number says that it was not reset since the zero was taken."""
@@ -209,24 +211,19 @@ def load_zero(path: Path) -> Zero | None:
     Raises `RigError` where the file is there but is not a zero: guessing would falsify every angle.
     """
     try:
-        content: Any = read_yaml(path)
+        return of_fields(read_yaml(path), Zero, f"the zero kept in {path}")
     except FileNotFoundError:
         return None
     except (OSError, ValueError) as error:
         raise RigError(f"the zero kept in {path} cannot be read: {error}; {_NEW_ZERO}") from error
-    if not isinstance(content, dict) or set(content) != set(Zero._fields):
-        raise RigError(f"the zero kept in {path} has not the keys {', '.join(Zero._fields)}; {_NEW_ZERO}")
-    try:
-        cart, inner, outer, *_ = (number(content[key], key, -_LARGEST_COUNT, _LARGEST_COUNT) for key in Zero._fields)
     except OptionError as error:
-        raise RigError(f"the zero kept in {path} holds something that is not a number: {error}; {_NEW_ZERO}") from error
-    return Zero(cart, inner, outer, int(content["sequence"]), int(content["taken_at_ns"]))
+        raise RigError(f"{error}; {_NEW_ZERO}") from error
 
 
 def save_zero(path: Path, zero: Zero) -> None:
     """Keep a zero in a file, which is replaced as a whole. Raises `RigError` where it cannot be written."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_whole({path: yaml.safe_dump(zero._asdict(), sort_keys=False).encode()})
+        write_whole({path: yaml.safe_dump(asdict(zero), sort_keys=False).encode()})
     except OSError as error:
         raise RigError(f"the zero cannot be kept in {path}: {error.strerror or error}") from error

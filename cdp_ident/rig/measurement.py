@@ -4,14 +4,14 @@
 
 import math
 import threading
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from cdp_ident.bag.device_messages import CLOCK_RATE, CLOCK_RATE_STD, ClockRate
+from cdp_ident.bag.device_messages import CLOCK_RATE, CLOCK_RATE_STD, ClockRate, Health, Level
 from cdp_ident.errors import RigError
-from cdp_ident.rig.decoder import Counters, Decoder, Restart
+from cdp_ident.rig.decoder import Counters, Decoder, Event, Restart
 from cdp_ident.rig.device_clock import DeviceClock
-from cdp_ident.rig.health import Health, Level
 from cdp_ident.rig.joints import Calibration, JointTracker, Triple, Zero
 from cdp_ident.rig.port import PortState
 from cdp_ident.rig.protocol import ENCODER_FAULTS, Codec, Hello, Sample, Status
@@ -94,17 +94,7 @@ class MeasurementStream:
     def feed(self, data: bytes, arrival_ns: int) -> list[Measurement]:
         """Take bytes that arrived at `arrival_ns` (host's time) or before; return the measurements they complete."""
         with self._lock:
-            result: list[Measurement] = []
-            for event in self._decoder.feed(data):
-                if isinstance(event, Hello):
-                    self._totals.hello, self._needs_greeting = event, False
-                elif isinstance(event, Restart):
-                    result += self._begin_anew()
-                    self._tracker = None
-                    if not self._survives_reset:
-                        self._doubt_zero()
-                else:
-                    result += self._take(event, arrival_ns)
+            result = [made for event in self._decoder.feed(data) for made in self._take(event, arrival_ns)]
             self._counters.published += len(result)
             return result
 
@@ -127,40 +117,44 @@ class MeasurementStream:
     def _doubt_zero(self) -> None:
         self._totals.zero, self._unchecked_zero = "the device was reset since it was taken", None
 
-    def _take(self, sample: Sample, arrival_ns: int) -> list[Measurement]:
-        result: list[Measurement] = []
+    def _take(self, event: Event, arrival_ns: int) -> Iterator[Measurement]:
+        """Take what came; yield the measurements that it completes."""
+        if isinstance(event, Hello):
+            self._totals.hello, self._needs_greeting = event, False
+            return
+        if isinstance(event, Restart):
+            yield from self._begin_anew()
+            self._tracker = None
+            if not self._survives_reset:
+                self._doubt_zero()
+            return
         self._totals.first_arrival_ns = self._totals.first_arrival_ns or arrival_ns
         self._totals.last_arrival_ns = arrival_ns
-        if self._clock.is_new_run(sample.time_us, arrival_ns):
-            result += self._begin_anew()
-        self._clock.observe(sample.time_us, arrival_ns)
-        self._waiting.append(sample)
+        if self._clock.is_new_run(event.time_us, arrival_ns):
+            yield from self._begin_anew()
+        self._clock.observe(event.time_us, arrival_ns)
+        self._waiting.append(event)
         if self._clock.ready and not self._needs_greeting:
-            result += self._stamp_waiting()
+            yield from self._stamp_waiting()
         elif len(self._waiting) > _MOST_WAITING:
             self._counters.dropped_without_greeting += len(self._waiting) // 2
             del self._waiting[: len(self._waiting) // 2]
-        return result
 
-    def _begin_anew(self) -> list[Measurement]:
+    def _begin_anew(self) -> Iterator[Measurement]:
         """Send what waits, and begin the clock's mapping anew."""
-        result = self._stamp_waiting()
+        yield from self._stamp_waiting()
         self._clock = DeviceClock(self._simulated)
         self._counters.clock_fits_begun_anew += 1
-        return result
 
-    def _stamp_waiting(self) -> list[Measurement]:
+    def _stamp_waiting(self) -> Iterator[Measurement]:
         waiting, self._waiting = self._waiting, []
         if self._needs_greeting:
             self._counters.dropped_without_greeting += len(waiting)
-            return []
-        result = []
+            return
         for sample in waiting:
             stamp, device = self._clock.times(sample.time_us)
-            positions = self._positions(sample, stamp)
-            if positions is not None:
-                result.append(Measurement(stamp, device, positions))
-        return result
+            if positions := self._positions(sample, stamp):
+                yield Measurement(stamp, device, positions)
 
     def _positions(self, sample: Sample, stamp: int) -> Triple | None:
         if self._unchecked_zero and self._totals.hello:

@@ -8,8 +8,9 @@ from functools import partial
 from typing import Any, SupportsFloat
 
 from rcl_interfaces.msg import ParameterEvent, ParameterType
-from rcl_interfaces.srv import GetParameters, ListParameters
 from rclpy.parameter import parameter_value_to_python
+from rclpy.parameter_client import AsyncParameterClient
+from rclpy.task import Future
 from std_msgs.msg import String
 
 from cdp_ident.configuration.described import Described
@@ -123,13 +124,11 @@ class ParameterSource:
 
     def __init__(self, node: Any, source: str, take: Callable[[dict[str, Any]], None]) -> None:
         """`source` is the other node's full name; `take` is given its parameters that describe the model, by name."""
-        self._node, self._source, self._take = node, source, take
-        self._list = node.create_client(ListParameters, f"{source}/list_parameters")
-        self._get = node.create_client(GetParameters, f"{source}/get_parameters")
-        self._changed = True
-        self._asked_at: float | None = None
-        self._answers: list[tuple[Any, Any]] = []
-        """The clients that were asked, and what they will answer."""
+        self._source, self._take = source, take
+        self._client = AsyncParameterClient(node, source)
+        self._changed, self._asked_at = True, 0.0
+        self._answer: Future | None = None
+        """What is waited for."""
         node.create_subscription(ParameterEvent, "/parameter_events", self._note_event, 1000)
         node.create_subscription(String, f"{source}/state", self._note, latched())
         call_every(node, _LOOK_SECONDS, self._look)
@@ -143,31 +142,22 @@ class ParameterSource:
         self._changed = True
 
     def _look(self) -> None:
-        now = time.monotonic()
-        if self._asked_at is not None and now - self._asked_at > _ANSWER_SECONDS:
-            for client, answer in self._answers:
-                client.remove_pending_request(answer)
-            self._asked_at, self._changed = None, True
-        if self._changed and self._asked_at is None and self._list.service_is_ready() and self._get.service_is_ready():
-            self._changed, self._asked_at = False, now
-            self._answers.clear()
-            self._ask(self._list, ListParameters.Request(), partial(self._listed, now))
+        if self._answer and time.monotonic() - self._asked_at > _ANSWER_SECONDS:
+            unanswered, self._answer, self._changed = self._answer, None, True
+            unanswered.cancel()
+        if self._changed and self._answer is None and self._client.services_are_ready():
+            self._changed, self._asked_at = False, time.monotonic()
+            self._answer = self._client.list_parameters(callback=self._listed)
 
-    def _ask(self, client: Any, request: Any, take: Callable[[Any], None]) -> None:
-        answer = client.call_async(request)
-        self._answers.append((client, answer))
-        answer.add_done_callback(take)
+    def _listed(self, answer: Future) -> None:
+        if answer is self._answer:
+            names = [name for name in answer.result().result.names if describes_model(name)]
+            self._answer = self._client.get_parameters(names, partial(self._got, names))
 
-    def _listed(self, asked_at: float, future: Any) -> None:
-        if asked_at == self._asked_at:
-            names = [name for name in future.result().result.names if describes_model(name)]
-            self._ask(self._get, GetParameters.Request(names=names), partial(self._got, asked_at, names))
-
-    def _got(self, asked_at: float, names: list[str], future: Any) -> None:
-        if asked_at != self._asked_at:
+    def _got(self, names: list[str], answer: Future) -> None:
+        if answer is not self._answer:
             return
-        self._asked_at = None
-        values = future.result().values
+        self._answer, values = None, answer.result().values
         if len(values) != len(names) or any(value.type == ParameterType.PARAMETER_NOT_SET for value in values):
             self._changed = True  # in between they became others
         elif not self._changed:

@@ -21,11 +21,11 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock, ClockType
 from std_srvs.srv import Trigger
 
+from cdp_ident.bag.device_messages import Health
 from cdp_ident.command_line import ArgumentParser, split_arguments
 from cdp_ident.errors import CdpIdentError, OptionError
 from cdp_ident.files import open_regular
 from cdp_ident.outside_text import shown, utf_8
-from cdp_ident.rig.health import Health
 from cdp_ident.ros.parameters import Parameters
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)

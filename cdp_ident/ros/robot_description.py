@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
+from rclpy.parameter_client import AsyncParameterClient
 
 from cdp_ident.configuration.fitted_model import FittedModel, fitted_model
 from cdp_ident.errors import OptionError
@@ -33,7 +33,7 @@ def keep_described(node: Any, source: str, xacro_file: Path, rigs: Mapping[str, 
 
     `rigs` are the looks of each by its full name. It publishes what it is given, and its frames follow.
     """
-    clients = {name: node.create_client(SetParameters, f"{name}/set_parameters") for name in rigs}
+    clients = {name: AsyncParameterClient(node, name) for name in rigs}
 
     def take(values: Mapping[str, Any]) -> None:
         try:
@@ -41,8 +41,7 @@ def keep_described(node: Any, source: str, xacro_file: Path, rigs: Mapping[str, 
         except OptionError:  # it has none yet
             return
         for name, client in clients.items():
-            if client.wait_for_service(timeout_sec=_PATIENCE):
-                text = Parameter("robot_description", value=describe(xacro_file, model, rigs[name]))
-                client.call_async(SetParameters.Request(parameters=[text.to_parameter_msg()]))
+            if client.wait_for_services(timeout_sec=_PATIENCE):
+                client.set_parameters([Parameter("robot_description", value=describe(xacro_file, model, rigs[name]))])
 
     return ParameterSource(node, source, take)

@@ -152,11 +152,7 @@ def _physical(
 
 def _curve(fit: Fit, motion: MissingTorque, index: int, over: Curve, spread: Array, inertia: float) -> FoundCurve:
     effect, place = fit.model.effects[index].effect, fit.model.places(index)
-    joint = JOINTS.index(effect.joint)
-    if over.over == "angle":
-        covered = (motion.angle[:, joint] + np.pi) % (2.0 * np.pi) - np.pi
-    else:
-        covered = motion.speed[:, joint]
+    covered = motion.over(over.over, JOINTS.index(effect.joint))
     at = np.linspace(covered.min(), covered.max(), POINTS)
     contributions = basis(over, at)
     coefficients, of_coefficients = fit.values[place], spread[place, place]

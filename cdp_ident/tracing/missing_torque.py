@@ -11,8 +11,8 @@ from cdp_ident.likelihood.whole_swing import WholeSwings
 
 
 @dataclass(frozen=True)
-class MissingTorque:
-    """The missing torque in each joint along the motion; columns are the two `JOINTS`."""
+class JointMotion:
+    """The motion of the joints along which torques are told; columns are the two `JOINTS`."""
 
     trial: Indices
     """(n,) which trial a value is of."""
@@ -22,6 +22,16 @@ class MissingTorque:
     """(n, 2) angle of each joint: the inner one from hanging, the outer one relative to the inner rod [rad]."""
     speed: Array
     """(n, 2) speed of each joint [rad/s]."""
+
+    def over(self, what: str, joint: int) -> Array:
+        """Return what a torque may depend on (n,): a joint's `speed` [rad/s], or `angle` within half a turn [rad]."""
+        return self.speed[:, joint] if what == "speed" else (self.angle[:, joint] + np.pi) % (2.0 * np.pi) - np.pi
+
+
+@dataclass(frozen=True)
+class MissingTorque(JointMotion):
+    """The missing torque in each joint along the motion."""
+
     torque: Array
     """(n, 2) over A22 [rad/s^2]."""
     std: Array

@@ -78,7 +78,7 @@ def select_effects(
         scores=scored,
         failures=tuple(search.failures),
         interrupted=interrupted,
-        seconds=float(sum(swing.time[-1] for swing in found.whole.recorded.swings)),
+        looked_in=float(sum(swing.time[-1] for swing in found.whole.recorded.swings)),
     )
 
 

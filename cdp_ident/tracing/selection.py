@@ -66,5 +66,5 @@ class Selection:
     failures: tuple[str, ...]
     """What could not be computed, in words."""
     interrupted: bool
-    seconds: float
+    looked_in: float
     """Motion in which effects were looked for [s]."""

@@ -4,6 +4,7 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
@@ -135,10 +136,8 @@ class _Dependence:
 def _dependences(missing: MissingTorque, joints: Iterable[int]) -> Iterator[_Dependence]:
     for torque_joint in joints:
         torque = missing.torque[:, torque_joint]
-        for joint in range(2):
-            wrapped = (missing.angle[:, joint] + np.pi) % (2 * np.pi) - np.pi
-            yield _dependence(torque_joint, f"{JOINTS[joint]} joint's angle", "rad", wrapped, torque)
-            yield _dependence(torque_joint, f"{JOINTS[joint]} joint's speed", "rad/s", missing.speed[:, joint], torque)
+        for (joint, name), (of, unit) in product(enumerate(JOINTS), (("angle", "rad"), ("speed", "rad/s"))):
+            yield _dependence(torque_joint, f"{name} joint's {of}", unit, missing.over(of, joint), torque)
 
 
 def _dependence(joint: int, regressor: str, unit: str, values: Array, torque: Array) -> _Dependence:

@@ -6,7 +6,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 
 import pytest
 
@@ -14,18 +13,11 @@ from cdp_ident.demo.nodes import Nodes
 from cdp_ident.errors import CdpIdentError
 
 
-def check_until_it_raises(nodes):
-    deadline = time.monotonic() + 60.0
-    while time.monotonic() < deadline:
-        nodes.check()
-        time.sleep(0.02)
-
-
 def test_a_node_that_ends_is_told_of_with_its_last_words(tmp_path):
     with Nodes(tmp_path) as nodes:
         nodes.start("emulator")
         with pytest.raises(CdpIdentError, match=r"the node emulator ended with exit code 2: emulator: error: .*--link"):
-            check_until_it_raises(nodes)
+            nodes.wait_for("an end", lambda: False)
 
 
 def test_a_signal_is_noticed_at_the_next_check_and_then_belongs_to_its_owner_again(tmp_path):

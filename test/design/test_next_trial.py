@@ -40,10 +40,11 @@ def exactly_there(survey):
 def test_a_trial_as_advised_brings_what_was_foretold_and_more_than_most_random_starts(first, trials, names):
     rng = np.random.default_rng(6)
     found = trials.sharpest(names)
-    assert found.now.std == pytest.approx(first.standard_deviations(names), rel=1e-3)
-    brought = first.with_one_more(recorded(found.survey.trial, rng)).knowledge.uncertainty(names).size
-    assert brought == pytest.approx(exactly_there(found.survey), rel=0.3)
-    assert found.survey.expected < 0.5 * found.now.size
+    now = first.knowledge.uncertainty(names)
+    assert now.std == pytest.approx(first.standard_deviations(names), rel=1e-3)
+    brought = first.with_one_more(recorded(found.trial, rng)).knowledge.uncertainty(names).size
+    assert brought == pytest.approx(exactly_there(found), rel=0.3)
+    assert found.expected < 0.5 * now.size
     random = [first.with_one_more(swing(*rng.uniform(0, 2 * np.pi, 2), rng)) for _ in range(5)]
     assert brought < np.median([swings.knowledge.uncertainty(names).size for swings in random])
 
@@ -61,11 +62,11 @@ def test_a_trial_with_a_weight_brings_the_interval_of_the_inertia_that_was_foret
     rng = np.random.default_rng(8)
     knowledge = first.knowledge.with_weights([weight])
     found = NextTrial(knowledge, Grid.of(60.0)).sharpest(("one_over_A22",), ((weight,),))
-    assert np.all(np.isinf(found.now.std))
-    assert found.survey.trial.weights == (weight,)
-    both = first.with_one_more(recorded(found.survey.trial, rng, weight))
+    assert np.all(np.isinf(knowledge.uncertainty(("one_over_A22",)).std))
+    assert found.trial.weights == (weight,)
+    both = first.with_one_more(recorded(found.trial, rng, weight))
     (std,) = both.standard_deviations(("one_over_A22",))
-    assert std == pytest.approx(found.survey.expected, rel=0.3)
+    assert std == pytest.approx(found.expected, rel=0.3)
     assert abs(both.fit.values[5] - 1.0 / INERTIA) < 3.0 * std < 0.1 / INERTIA
 
 
@@ -75,43 +76,43 @@ def test_each_start_is_tried_with_each_load_and_the_best_is_taken(first):
     knowledge = first.knowledge.with_weights([WEIGHT, heavy])
     weighted_trials = NextTrial(knowledge, Grid.of(90.0))
     inertia = weighted_trials.sharpest(("one_over_A22",), loads[1:])
-    assert inertia.survey.trial.weights == (heavy,)
-    assert inertia.survey.unloaded is None
+    assert inertia.trial.weights == (heavy,)
+    assert inertia.unloaded is None
     groups = weighted_trials.sharpest(ALL_GROUPS, loads)
-    bare, *weighted = (weighted_trials.sharpest(ALL_GROUPS, (load,)).survey.expected for load in loads)
-    assert groups.survey.unloaded.expected == bare
-    assert groups.survey.expected == (bare if bare <= 1.05 * min(weighted) else min(weighted))
+    bare, *weighted = (weighted_trials.sharpest(ALL_GROUPS, (load,)).expected for load in loads)
+    assert groups.unloaded.expected == bare
+    assert groups.expected == (bare if bare <= 1.05 * min(weighted) else min(weighted))
 
 
 def test_a_weight_that_brings_hardly_more_is_not_advised(first):
     light = Weight("inner", 1e-4, 0.1)
     found = NextTrial(first.knowledge, Grid.of(90.0)).sharpest(ALL_GROUPS, ((light,), ()))
-    assert found.survey.trial.weights == ()
-    assert found.survey.expected == found.survey.unloaded.expected
+    assert found.trial.weights == ()
+    assert found.expected == found.unloaded.expected
 
 
 def test_the_standard_deviations_then_are_those_of_the_values_asked_for(trials):
-    found = trials.sharpest(ALL_GROUPS)
-    assert found.then.std.shape == (5,)
-    assert np.all(found.then.std < found.now.std)
+    then = trials.uncertainty_after(trials.sharpest(ALL_GROUPS).trial, ALL_GROUPS)
+    assert then.std.shape == (5,)
+    assert np.all(then.std < trials.knowledge.uncertainty(ALL_GROUPS).std)
 
 
 def test_who_asks_for_one_value_gets_the_start_that_is_best_for_it(trials):
     asked, all_of_them = trials.sharpest(("c1_over_A22",)), trials.sharpest(ALL_GROUPS)
-    there = np.argwhere(all_of_them.survey.losses == all_of_them.survey.losses.min())[0]
-    assert asked.survey.losses.min() <= asked.survey.losses[tuple(there)]
+    there = np.argwhere(all_of_them.losses == all_of_them.losses.min())[0]
+    assert asked.losses.min() <= asked.losses[tuple(there)]
 
 
 def test_the_map_is_as_symmetric_as_the_rig(trials):
-    losses = trials.sharpest(("c2_over_A22",)).survey.losses[:-1, :-1]  # without the rods that are upright
+    losses = trials.sharpest(("c2_over_A22",)).losses[:-1, :-1]  # without the rods that are upright
     assert losses == pytest.approx(losses[::-1, ::-1])
 
 
 def test_who_asks_for_fewer_starts_gets_one_of_them_and_the_same_of_each(trials):
     few = trials.grid.thinned
     found, among_all = trials.sharpest(("c1_over_A22",), grid=few), trials.sharpest(("c1_over_A22",))
-    assert found.survey.trial in few.trials()
-    assert np.array_equal(found.survey.losses, among_all.survey.losses[1::2, 1::2])
+    assert found.trial in few.trials()
+    assert np.array_equal(found.losses, among_all.losses[1::2, 1::2])
 
 
 def test_starts_are_tried_without_a_weight_and_with_each_set_of_them_once():

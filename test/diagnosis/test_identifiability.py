@@ -37,7 +37,7 @@ def identified(**options):
 def test_a_free_swing_shows_all_five_groups_and_no_physical_value():
     found = identified()
     result = identifiability(found)
-    assert (result.undetermined, result.determined_physical, result.unobservable) == ((), (), ())
+    assert (result.undetermined, result.determined_physical, result.unseen_changes) == ((), (), ())
     assert "determine no physical value" in " ".join(result.words)
     # Combinations come with falling singular values and unit length; L, of which something is known, is among them.
     values = [direction.singular_value for direction in result.directions]
@@ -53,12 +53,12 @@ def test_a_free_swing_shows_all_five_groups_and_no_physical_value():
 
 def test_each_tradeoff_leaves_the_groups_as_they_are_and_together_they_are_all_there_is():
     found = identified()
-    tradeoffs = identifiability(found).tradeoffs
+    tradeoffs = identifiability(found).physical_changes_without_effect
     assert len(tradeoffs) == len(SYMBOLS) - len(GROUPS)
     before = groups_of(found.physical.values, 0.4)
     moves = []
     for tradeoff in tradeoffs:
-        move = np.array([tradeoff.changes.get(symbol, 0.0) for symbol in SYMBOLS])
+        move = np.array([tradeoff.get(symbol, 0.0) for symbol in SYMBOLS])
         moves.append(move)
         after = groups_of(found.physical.values * np.exp(1e-4 * move), 0.4)
         assert np.allclose(after, before, rtol=1e-7)
@@ -66,10 +66,10 @@ def test_each_tradeoff_leaves_the_groups_as_they_are_and_together_they_are_all_t
 
 
 def test_the_common_factor_is_named_first_and_m1_cannot_be_told_from_j1():
-    first, *others = identifiability(identified()).tradeoffs
-    assert set(first.changes) == {"m1", "m2", "m0", "J1", "J2", "c1", "c2"}
+    first, *others = identifiability(identified()).physical_changes_without_effect
+    assert set(first) == {"m1", "m2", "m0", "J1", "J2", "c1", "c2"}
     assert str(first).endswith("can all be multiplied by one factor without changing the motion")
-    assert any(set(tradeoff.changes) == {"m1", "J1", "l1"} for tradeoff in others)
+    assert any(set(tradeoff) == {"m1", "J1", "l1"} for tradeoff in others)
 
 
 def test_measuring_what_is_asked_for_makes_everything_determinable():
@@ -77,27 +77,27 @@ def test_measuring_what_is_asked_for_makes_everything_determinable():
     assert asked == ("m1", "m2", "m0", "l1")
     result = identifiability(identified(known=asked))
     assert result.determined_physical == SYMBOLS
-    assert (result.tradeoffs, result.to_measure) == ((), ())
+    assert (result.physical_changes_without_effect, result.to_measure) == ((), ())
     assert any("determine l2, J1, J2, c1 and c2" in sentence for sentence in result.words)
 
 
 def test_a_measured_mass_fixes_the_scale():
     result = identifiability(identified(known=("m1",)))
-    assert not any("m1" in tradeoff.changes for tradeoff in result.tradeoffs)
+    assert not any("m1" in tradeoff for tradeoff in result.physical_changes_without_effect)
     assert result.to_measure == ("m2", "m0", "l1")
 
 
 def test_with_length_and_gravity_free_they_cannot_be_told_from_a1():
     result = identifiability(identified(length_std=np.inf, gravity_std=np.inf))
-    (tradeoff,) = result.unobservable
-    assert tradeoff.changes == pytest.approx({"a1_over_A22": 1.0, "L": -1.0, "g": -1.0}, abs=1e-6)
+    (tradeoff,) = result.unseen_changes
+    assert tradeoff == pytest.approx({"a1_over_A22": 1.0, "L": -1.0, "g": -1.0}, abs=1e-6)
     assert set(result.undetermined) == {"a1_over_A22", "L", "g"}
 
 
 @pytest.mark.parametrize(("free", "word"), [("length_std", "strength of g"), ("gravity_std", "strength of L")])
 def test_length_or_gravity_alone_is_determined_on_the_strength_of_the_other(free, word):
     result = identifiability(identified(**({"length_std": 0.0} | {free: np.inf})))
-    assert (result.undetermined, result.unobservable) == ((), ())
+    assert (result.undetermined, result.unseen_changes) == ((), ())
     assert any(word in sentence for sentence in result.words)
 
 
@@ -110,8 +110,8 @@ def test_a_weight_determines_A22_and_takes_the_common_factor_away():  # noqa: N8
     result = identifiability(identified_with_a_weight())
     assert result.determined_physical == ("c1", "c2")
     assert result.to_measure == ("m1", "m2", "m0")
-    assert len(result.tradeoffs) == len(SYMBOLS) - len(GROUPS) - 1
-    assert not any("one factor" in str(tradeoff) for tradeoff in result.tradeoffs)
+    assert len(result.physical_changes_without_effect) == len(SYMBOLS) - len(GROUPS) - 1
+    assert not any("one factor" in str(tradeoff) for tradeoff in result.physical_changes_without_effect)
     (sentence,) = [words for words in result.words if words.startswith("A22 =")]
     assert "determined by the weight in two" in sentence
 
@@ -124,7 +124,7 @@ def test_a_weight_that_is_known_badly_does_not_determine_A22():  # noqa: N802 - 
 
 def test_with_a_weight_even_length_and_gravity_are_told_apart():
     result = identifiability(identified_with_a_weight(length_std=np.inf, gravity_std=np.inf))
-    assert (result.undetermined, result.unobservable) == ((), ())
+    assert (result.undetermined, result.unseen_changes) == ((), ())
 
 
 def test_a_friction_with_a_wide_interval_is_not_determined_and_no_part_of_a_tradeoff():
@@ -134,13 +134,13 @@ def test_a_friction_with_a_wide_interval_is_not_determined_and_no_part_of_a_trad
     result = identifiability(replace(found, covariance=wide))
     assert result.undetermined == ("c1_over_A22",)
     assert any(sentence.startswith("c1 / A22 is not determined") for sentence in result.words)
-    assert not any("c1" in tradeoff.changes for tradeoff in result.tradeoffs)
+    assert not any("c1" in tradeoff for tradeoff in result.physical_changes_without_effect)
 
 
 def test_of_an_impossible_mechanism_no_physical_value_is_spoken():
     found = identified()
     result = identifiability(replace(found, physical=replace(found.physical, possible=False)))
-    assert result.tradeoffs == ()
+    assert result.physical_changes_without_effect == ()
     assert not any("physical value" in sentence for sentence in result.words)
 
 

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Playing: order, rate, loops, the end, and when the next frame is due."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -9,7 +11,7 @@ from hypothesis import strategies as st
 
 from cdp_ident.configuration.fitted_model import fitted_model
 from cdp_ident.model.parameters import NOMINAL
-from cdp_ident.replay.player import Player, RateTimer
+from cdp_ident.replay.player import Pace, Player, RateTimer
 from cdp_ident.replay.scene import Frame
 
 MODEL = fitted_model(NOMINAL, "test")
@@ -39,20 +41,20 @@ def times_of(player, count):
 
 @given(st.floats(1.0, 1000.0), st.floats(0.01, 100.0))
 def test_frames_are_evenly_spaced_and_do_not_drift(frequency, rate):
-    player = Player(Ramp(np.inf), frequency, rate)
+    player = Player(Ramp(np.inf), Pace(frequency, rate))
     assert times_of(player, 2000) == pytest.approx([k * rate / frequency for k in range(2000)], rel=1e-14)
 
 
 def test_another_rate_goes_on_from_the_next_frame():
-    player = Player(Ramp(np.inf), 100.0)
+    player = Player(Ramp(np.inf), Pace(100.0))
     assert times_of(player, 3) == pytest.approx([0.0, 0.01, 0.02])
-    player.take_rate(0.5)
+    player.take_pace(Pace(100.0, 0.5))
     assert times_of(player, 3) == pytest.approx([0.03, 0.035, 0.04])
     assert player.played == pytest.approx(0.045)
 
 
 def test_it_ends_with_the_last_frame_that_the_scene_has():
-    player = Player(Ramp(0.3), 10.0, loop=False)
+    player = Player(Ramp(0.3), Pace(10.0, loop=False))
     assert times_of(player, 4) == pytest.approx([0.0, 0.1, 0.2, 0.3])
     assert not player.finished
     assert player.next() is None
@@ -63,15 +65,15 @@ def test_it_ends_with_the_last_frame_that_the_scene_has():
 
 
 def test_a_loop_that_is_asked_for_at_the_end_begins_at_once():
-    player = Player(Ramp(0.1), 10.0, loop=False)
+    player = Player(Ramp(0.1), Pace(10.0, loop=False))
     assert [frame is None for frame in (player.next(), player.next(), player.next())] == [False, False, True]
-    player.take_loop(True)
+    player.take_pace(Pace(10.0))
     assert not player.finished
     assert times_of(player, 1) == [0.0]
 
 
 def test_a_loop_goes_on_evenly_from_end_to_beginning():
-    player = Player(Ramp(0.25), 10.0)
+    player = Player(Ramp(0.25), Pace(10.0))
     played = []
     for expected in (0.0, 0.1, 0.2, 0.0, 0.1, 0.2, 0.0):
         played.append(player.played)
@@ -82,7 +84,7 @@ def test_a_loop_goes_on_evenly_from_end_to_beginning():
 
 
 def test_another_model_shows_in_the_very_next_frame():
-    player = Player(Ramp(np.inf), 10.0)
+    player = Player(Ramp(np.inf), Pace(10.0))
     times_of(player, 3)
     player.take_model(MODEL)
     frame = player.next()
@@ -91,7 +93,7 @@ def test_another_model_shows_in_the_very_next_frame():
 
 
 def test_a_restart_is_at_once():
-    player = Player(Ramp(np.inf), 10.0)
+    player = Player(Ramp(np.inf), Pace(10.0))
     times_of(player, 3)
     player.restart()
     frame = player.next()
@@ -105,7 +107,7 @@ def test_deadlines_do_not_drift_however_late_each_is_met(frequency, late):
     now = begin
     for count, lateness in enumerate(late):
         deadline = timer.next_ns(now)
-        assert deadline == begin + round(count * 1e9 / frequency)
+        assert deadline == begin + round(count * 1_000_000_000 / Fraction(frequency))
         timer.advance()
         now = deadline + lateness
 

@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from cdp_ident.model.parameters import groups_of
+from cdp_ident.model.parameters import GROUPS, groups_of
 from cdp_ident.report.figures.description import Heat, Line
 from cdp_ident.report.parameters import (
     against_nominal,
@@ -13,8 +13,7 @@ from cdp_ident.report.parameters import (
     determined_words,
     estimates_against,
     how_determined,
-    nominal_groups,
-    nominal_value,
+    nominal_values,
     repeatability,
 )
 
@@ -82,12 +81,13 @@ def test_many_runs_find_room(read_content):
 
 
 def test_a_measured_value_stands_in_for_the_nominal_one(read_content):
-    assert nominal_value(read_content, "m0") == 0.208
+    assert nominal_values(read_content)["m0"] == 0.208
     read_content["run"]["options"]["known.m0"] = 0.3
-    assert nominal_value(read_content, "m0") == 0.3
+    nominal = nominal_values(read_content)
+    assert nominal["m0"] == 0.3
     assert how_determined(read_content, "m0") == "measured"
     table_2 = np.array([0.108, 0.108, 0.3, 0.2, 0.2, 0.00133, 0.00133, 0.00705, 0.00305])
-    assert list(nominal_groups(read_content).values()) == pytest.approx(groups_of(table_2, 0.4))
+    assert [nominal[group.symbol] for group in GROUPS] == pytest.approx(groups_of(table_2, 0.4))
 
 
 def test_an_effect_in_doubt_is_mentioned_with_what_it_would_change(read_content):

@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cdp_ident.bag.device_messages import Level
 from cdp_ident.errors import RigError
 from cdp_ident.rig.decoder import Counters
-from cdp_ident.rig.health import Level
 from cdp_ident.rig.joints import Calibration, Zero
 from cdp_ident.rig.measurement import MeasurementStream, Totals, assess
 from cdp_ident.rig.port import PortState

@@ -127,5 +127,5 @@ def named():
     after.recorded = SimpleNamespace(nodes=100)
     return Selection(
         before=model(1.0), after=after, steps=(), without=(None,), probability=(1.0,), also_possible=((),),
-        certainty=("named",), scores=(), failures=(), interrupted=False, seconds=1.0,
+        certainty=("named",), scores=(), failures=(), interrupted=False, looked_in=1.0,
     )  # fmt: skip

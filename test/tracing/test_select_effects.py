@@ -76,7 +76,7 @@ def test_a_selection_that_is_stopped_says_so_and_keeps_the_paper_s_model(identif
     assert selection.interrupted
     assert selection.after is selection.before
     assert selection.probability == ()
-    assert selection.seconds == pytest.approx(8.0, abs=0.02)
+    assert selection.looked_in == pytest.approx(8.0, abs=0.02)
 
 
 def test_a_numerical_failure_ends_the_search_and_loses_nothing_that_was_found(identified, monkeypatch):

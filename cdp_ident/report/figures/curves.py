@@ -5,7 +5,7 @@
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,7 +22,6 @@ MOST_SAMPLES = 10_000
 """Of all trials together: a page with more has over 2 MB. Of longer trials every second, third … sample is shown."""
 _ANGLES = ("θ1", "θ2")
 _TIME = Axis("time since the rods swing freely [s]")
-Abscissa = Literal["speed", "angle"]
 
 _MOST_DOTS = 1500
 _MOST_IN_TIME = 5000
@@ -34,7 +33,7 @@ _BINS = 25
 _FEWEST_IN_BIN = 10
 _SHOWN = 0.97
 """Share of the dots that lie inside the limits."""
-_LABELS: dict[Abscissa, str] = {"speed": "speed of the {} joint [rad/s]", "angle": "angle of the {} joint [rad]"}
+_LABELS = {"speed": "speed of the {} joint [rad/s]", "angle": "angle of the {} joint [rad]"}
 
 
 def shown_samples(curves: Curves) -> slice:
@@ -160,12 +159,12 @@ def missing_torques(report: Section, curves: Curves) -> Iterator[Figure]:
         for k, joint in enumerate(JOINTS)
     )
 
-    def over(abscissa: Abscissa) -> Iterator[Panel]:
+    def over(abscissa: str) -> Iterator[Panel]:
         for column in lacking:
             marks = []
             for model, torques in shown:
                 values = (unit.size * of[:, column] for of in (torques.missing, torques.std))
-                x = _abscissa(torques, abscissa, column)
+                x = torques.over(abscissa, column)
                 marks += _cloud(model.label, f"mean {model.key}", model, x, *values)
             yield _panel(abscissa, JOINTS[column], marks, unit)
 
@@ -206,7 +205,7 @@ def effects_through_residuals(report: Section, curves: Curves) -> Iterator[Figur
         fitted, without, std = (unit.size * of[:, column] for of in shown)
         panels = []
         for abscissa in _LABELS:
-            x = _abscissa(torques, abscissa, column)
+            x = torques.over(abscissa, column)
             marks = _cloud("missing without it", "mean without it", models(report)[0], x, without, std)
             marks.append(_dots("the fitted effect", "ink", x, fitted, size=3.0, opacity=0.9))
             panels.append(_panel(abscissa, JOINTS[column], marks, unit))
@@ -249,11 +248,6 @@ def _rms(torque: Array) -> float:
     return float(np.sqrt(np.mean(torque**2)))
 
 
-def _abscissa(torques: TorqueCurves, abscissa: Abscissa, column: int) -> Array:
-    values = getattr(torques, abscissa)[:, column]
-    return values if abscissa == "speed" else (values + np.pi) % (2 * np.pi) - np.pi
-
-
 def _dots(label: str, colour: Colour, x: Array, y: Array, size: float = 4.0, opacity: float = 0.3) -> Line:
     every = slice(None, None, max(1, -(-len(x) // _MOST_DOTS)))
     return Line(label, colour, x[every], y[every], 0.0, shape="circle", size=size, opacity=opacity)
@@ -291,7 +285,7 @@ def _band(label: str, x: Array, y: Array, half_width: Array) -> list[Line]:
     return [Line(label, "quiet", np.concatenate([x, [np.nan], x]), edges, 1.0)] if np.any(half_width) else []
 
 
-def _panel(abscissa: Abscissa, joint: str, marks: list[Line], unit: _Unit) -> Panel:
+def _panel(abscissa: str, joint: str, marks: list[Line], unit: _Unit) -> Panel:
     """Return a panel whose limits leave out the few dots that are far off."""
     clouds = np.concatenate([mark.y for mark in marks if not mark.width])
     clouds = clouds[np.isfinite(clouds)]

@@ -3,9 +3,9 @@
 """The YAML file that describes an emulated rig."""
 
 import math
-from dataclasses import MISSING, dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any, TypeVar, get_type_hints
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -19,10 +19,8 @@ from cdp_ident.model.parameters import GROUPS, LARGEST, NOMINAL, SYMBOLS, inerti
 from cdp_ident.model.weights import ADDED, INERTIA, RODS, Weight, added_by, weights_of
 from cdp_ident.rig.emulator.device import Encoders
 from cdp_ident.rig.emulator.motion import Command, Drive, Hold, LetGo, MoveCart, Wait, WaitForCommand
-from cdp_ident.user_input import limits_of, mapping_of, number, quoted, refuse_unknown
+from cdp_ident.user_input import mapping_of, number, of_fields, quoted, refuse_unknown
 from cdp_ident.yaml_file import read_yaml
-
-_Part = TypeVar("_Part")
 
 DEFAULT_SCRIPT: tuple[Command, ...] = (
     Wait(3.0),
@@ -98,8 +96,8 @@ def load_rig(path: Path) -> EmulatedRig:
         for symbol, value in mapping_of(content.get("parameters", {}), f"{path}: parameters", tuple(NOMINAL)).items()
     }
     script = parse_script(content["script"], f"{path}: script") if "script" in content else DEFAULT_SCRIPT
-    drive = _of_fields(content["drive"], Drive, f"{path}: drive") if "drive" in content else None
-    encoders = _of_fields(content.get("encoders", {}), Encoders, f"{path}: encoders")
+    drive = of_fields(content["drive"], Drive, f"{path}: drive") if "drive" in content else None
+    encoders = of_fields(content.get("encoders", {}), Encoders, f"{path}: encoders")
     rate = number(content.get("rate", EmulatedRig.rate), f"{path}: rate", 1.0, 5000.0)
     clock_error = number(content.get("clock_error", 0.0), f"{path}: clock_error", -0.01, 0.01)
     repeat = int(number(content.get("repeat", 1), f"{path}: repeat", 1, 10_000))
@@ -131,14 +129,14 @@ def parse_script(content: Any, where: str) -> tuple[Command, ...]:
 
 def _command(entry: Any, where: str) -> Command:
     if isinstance(entry, str) and entry in _KINDS and not fields(_KINDS[entry]):
-        return _of_fields({}, _KINDS[entry], where)
+        return of_fields({}, _KINDS[entry], where)
     if not isinstance(entry, dict) or len(entry) != 1:
         raise OptionError(f"{where}: expected one of {', '.join(_KINDS)}, found {quoted(entry)}")
     ((name, value),) = entry.items()
     refuse_unknown([name], _KINDS, f"command in {where}")
     if not fields(_KINDS[name]):
         raise OptionError(f"{where}: {name} takes no value")
-    return _of_fields({"seconds": value} if name == "wait" else value, _KINDS[name], f"{where}: {name}")
+    return of_fields({"seconds": value} if name == "wait" else value, _KINDS[name], f"{where}: {name}")
 
 
 def parse_effects(content: Any, inertia: float, outer_length: float, where: str) -> ActingEffects:
@@ -167,22 +165,3 @@ def _possible_now(effect: Effect, values: list[float], where: str) -> tuple[Effe
             f"{where}: {effect.parameters[0].name} is {values[0]:g}; an emulated encoder can only be late"
         )
     return effect, values
-
-
-def _of_fields(content: Any, kind: type[_Part], where: str) -> _Part:
-    """Return a dataclass of numbers that a mapping gives by the names of its fields; others have their defaults.
-
-    Raises `OptionError` where a number is missing, unknown or out of its field's limits.
-    """
-    limits, types, values = limits_of(kind), get_type_hints(kind), {}
-    given = mapping_of(content, where, tuple(limits))
-    for part in fields(kind):  # type: ignore[arg-type]
-        name = part.name
-        if name in given:
-            least, most, _ = limits[name]
-            assert least is not None
-            assert most is not None
-            values[name] = types[name](number(given[name], f"{where}: {name}", least, most))
-        elif part.default is MISSING:
-            raise OptionError(f"{where}: {name} is missing")
-    return kind(**values)

@@ -111,12 +111,13 @@ class Recorder:
         """Return whether positions of the pendulum came lately."""
         return self._last_sample_ns is not None and now_ns - self._last_sample_ns <= self._options.limits.silence * 1e9
 
-    def arm(self) -> None:
-        """Wait for the release. Raises `RigError` while a trial is recorded, or where it could not be."""
+    def arm(self) -> str:
+        """Wait for the release; return the state. Raises `RigError` while a trial is recorded, or where none can be."""
         if self.state == RECORDING:
             raise RigError("a trial is being recorded: stop it first")
         self._check_folder()
         self._set_state(ARMED)
+        return self.state
 
     def start(self, now_ns: int) -> Path:
         """Record from now on (and the time before), release or not; return the bag's folder.
