@@ -4,17 +4,11 @@
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from cdp_ident.model.acting import ActingEffects
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import Effect
-from cdp_ident.model.parameters import SYMBOLS, inertia_about_cart, physical_coefficients
-from reference.pendulum import TABLE_5
 
 EFFECTS = {effect.key: effect for effect in CATALOGUE}
-COEFFICIENTS = physical_coefficients(TABLE_5)
-A22 = float(inertia_about_cart(np.array([TABLE_5[symbol] for symbol in SYMBOLS]), TABLE_5["L"]))
 
 
 def typical(effect: Effect, instant: float = 0.0) -> list[float]:

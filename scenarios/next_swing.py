@@ -15,16 +15,16 @@ from cdp_ident.fit.scales import scales_of
 from cdp_ident.likelihood.maxima import most_likely
 from cdp_ident.likelihood.swing import Swing
 from cdp_ident.likelihood.whole_swing import Recorded, WholeSwings
-from cdp_ident.model.parameters import GROUPS, SYMBOLS, groups_of
+from cdp_ident.model.parameters import GROUPS
 from cdp_ident.model.weights import Weight
 from cdp_ident.trial.trial import Trial
 from reference.pendulum import TABLE_5, Array
 from reference.weights import with_weight
+from scenarios.paper_rig import GROUPS as TRUTH
 from scenarios.twin import twin
 
 PRIOR = Prior()
 MODEL = MotionModel(Mechanism.of(PRIOR))
-TRUTH = groups_of(np.array([TABLE_5[symbol] for symbol in SYMBOLS]), TABLE_5["L"])
 ALL_GROUPS = tuple(group.symbol for group in GROUPS)
 NOISE = 1e-3
 """Of the angles [rad]."""

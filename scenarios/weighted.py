@@ -11,15 +11,14 @@ from cdp_ident.model.weights import Weight
 from cdp_ident.trial.trial import Trial
 from reference.pendulum import TABLE_5, Array, Torque
 from reference.weights import with_weight
+from scenarios.paper_rig import A22
 from scenarios.twin import TEN_SECONDS, twin
 
 WEIGHT = Weight("outer", 0.05, 0.3, mass_std=1e-5, place_std=1e-4)
 """50 g, weighed to 10 mg and clamped to 0.1 mm."""
 STARTS = ((2.2, 2.0, 0.0, 0.0), (2.4, 2.5, 0.0, 0.0))
-INERTIA = TABLE_5["m1"] * TABLE_5["l1"] ** 2 + TABLE_5["J1"] + (TABLE_5["m2"] + TABLE_5["m0"]) * TABLE_5["L"] ** 2
-"""A22 of the rig without the weight [kg m^2]."""
-
-
+INERTIA = A22
+"""Of the rig without the weight [kg m^2]."""
 FRICTION = 2e-3
 """Of `dry_friction` [N m]."""
 

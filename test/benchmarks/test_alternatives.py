@@ -14,8 +14,9 @@ from benchmarks._alternatives import (
     by_least_squares,
     by_pycma,
 )
-from cdp_ident.model.parameters import SYMBOLS, groups_of
+from cdp_ident.model.parameters import groups_of
 from reference.pendulum import TABLE_2, TABLE_3, TABLE_5, motion
+from scenarios.paper_rig import GROUPS, LENGTH
 from scenarios.start_given import CLOSE, StartGiven
 
 
@@ -38,5 +39,4 @@ def test_system_identification_of_mujoco_finds_base_parameters():
     clock = np.arange(201) / 200.0
     theta = motion(TABLE_5, TABLE_3, clock)[:, :2]
     found = _mujoco.identify(clock, theta, np.array(TABLE_3), TABLE_2, LOWER, UPPER)
-    truth = groups_of(np.array([TABLE_5[symbol] for symbol in SYMBOLS]), TABLE_5["L"])
-    np.testing.assert_allclose(groups_of(found, TABLE_5["L"]), truth, rtol=0.01)
+    np.testing.assert_allclose(groups_of(found, LENGTH), GROUPS, rtol=0.01)

@@ -3,6 +3,7 @@
 """Whether trials agree, and what is said of a fit whatever part of it cannot be computed."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ NAMES = ("first", "second")
 BOTH = {0, 1}
 
 
+@cache
 def two_trials(friction=1.0, seed=0):
     rng = np.random.default_rng(seed)
     second = {**TABLE_5, "c1": friction * TABLE_5["c1"]}

@@ -12,10 +12,9 @@ import pytest
 from scipy.signal import lfilter
 
 from cdp_ident.diagnosis.warnings import find_warnings, outlier_warnings
-from cdp_ident.fit.force_balance import Pieces, balance_of_forces
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
-from cdp_ident.pipeline.identify import identify
+from cdp_ident.pipeline.identify import _balance, identify
 from cdp_ident.trial.trial import Trial
 from reference.truths import truth
 from scenarios.clean_bags import clean_trials
@@ -79,9 +78,9 @@ def test_where_no_length_balances_forces_the_given_one_is_believed():
     # 57 mrad of play between the inner joint of a small rig and its encoder.
     made = truth("backlash.inner+coulomb_friction.inner", 9791)
     two = [Trial(measured.name, measured.time, measured.theta) for measured in made.trials[:2]]
-    found = identify(two, [], IdentifyOptions(prior=Prior(nominal=made.setting.nominal)))
-    assert np.any(balance_of_forces(Pieces.of(two, made.setting.nominal["L"], 9.81)).unexplained > 0.3)
-    assert found.fit.model.length_std == IdentifyOptions().length_std
+    balanced = _balance(two, Prior(nominal=made.setting.nominal))
+    assert np.any(balanced.unexplained > 0.3)
+    assert balanced.length == made.setting.nominal["L"]
 
 
 def test_a_length_or_gravity_that_motion_contradicts_is_told_with_the_right_one():

@@ -13,11 +13,9 @@ from cdp_ident.fit.prior import Mechanism, Prior
 from cdp_ident.model.parameters import SYMBOLS
 from cdp_ident.model.weights import Weight
 from reference.pendulum import TABLE_5
-from scenarios.weighted import INERTIA
+from scenarios.paper_rig import A22, LENGTH, PHYSICAL
 
 DOCUMENT = (Path(__file__).parents[2] / "docs/how_to/weights.md").read_text()
-PHYSICAL = np.array([TABLE_5[symbol] for symbol in SYMBOLS])
-LENGTH = TABLE_5["L"]
 INNER, OUTER = Weight("inner", 0.08, 0.25), Weight("outer", 0.05, 0.3)
 MEASURED = ((), ("m2",), ("l2",), ("m0", "l2"), ("m1", "m2", "m0"), ("m1", "m2", "m0", "l1"))
 PLACES = {"none": (), "on the inner rod": (INNER,), "on the outer rod": (OUTER,), "on both": (INNER, OUTER)}
@@ -51,7 +49,7 @@ def determined_unknowns(weights, free):
     A motion depends on the coefficients, on first moments only times g.
     """
     model = replace(MotionModel(Mechanism.of(Prior())), inertia_free=bool(weights), **free)
-    values = model.initial_values(shown_by_trials(PHYSICAL, LENGTH, False), INERTIA)
+    values = model.initial_values(shown_by_trials(PHYSICAL, LENGTH, False), A22)
 
     def seen(values):
         coefficients = [

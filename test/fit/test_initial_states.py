@@ -13,21 +13,17 @@ from cdp_ident.fit.initial_states import fit_initial_states
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Mechanism
 from cdp_ident.fit.windows import cut_into_windows
-from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.motions import simulate
-from cdp_ident.model.parameters import SYMBOLS, groups_of, inertia_about_cart, physical_coefficients
+from cdp_ident.model.parameters import physical_coefficients
 from cdp_ident.trial.trial import Trial
 from reference.pendulum import TABLE_5
+from scenarios.effects import EFFECTS
+from scenarios.paper_rig import A22, LENGTH
+from scenarios.paper_rig import GROUPS as TRUTH
 from scenarios.twin import TEN_SECONDS, as_measured, standard_twin
 
-PHYSICAL = np.array([TABLE_5[symbol] for symbol in SYMBOLS])
-TRUTH = groups_of(PHYSICAL, TABLE_5["L"])
-MODEL = MotionModel(Mechanism(TABLE_5["L"], TABLE_5["g"], TABLE_5["L"], inertia_about_cart(PHYSICAL, TABLE_5["L"])))
+MODEL = MotionModel(Mechanism(LENGTH, TABLE_5["g"], LENGTH, A22))
 NOISE = 2.1e-3
-
-
-def known(key):
-    return next(effect for effect in CATALOGUE if effect.key == key)
 
 
 @pytest.fixture(scope="module")
@@ -96,7 +92,7 @@ def test_a_window_in_which_nothing_moves_does_no_harm(windows, followed):
 
 
 def test_states_that_effects_bring_are_fitted_with_the_rods(windows):
-    active = ActiveEffect(known("pivot_compliance.base.oscillating"))
+    active = ActiveEffect(EFFECTS["pivot_compliance.base.oscillating"])
     model, values = MODEL.with_effect(active), np.append(TRUTH, [p.typical for p in active.fitted])
     starts = np.array([window.start for window in fit_initial_states(model, values, windows[:3]).windows])
     assert starts.shape == (3, model.states)
@@ -104,7 +100,7 @@ def test_states_that_effects_bring_are_fitted_with_the_rods(windows):
 
 
 def test_the_state_of_an_encoder_with_a_mode_of_its_own_is_fitted_however_little_its_unit_says():
-    model = MODEL.with_effect(ActiveEffect(known("encoder_compliance.inner.oscillating")))
+    model = MODEL.with_effect(ActiveEffect(EFFECTS["encoder_compliance.inner.oscillating"]))
     values, trial = np.append(TRUTH, [3e-4, 0.05]), standard_twin(np.random.default_rng(0))
     (whole,) = cut_into_windows([trial], 10.0)
     theta = model.predict(values, whole.start, whole)
@@ -114,7 +110,10 @@ def test_the_state_of_an_encoder_with_a_mode_of_its_own_is_fitted_however_little
 
 def test_a_state_that_an_effect_brings_stays_near_where_it_can_be_though_the_motion_hardly_shows_it():
     windows = cut_into_windows([standard_twin(np.random.default_rng(0))], 1.25)[:3]
-    model, values = MODEL.with_effect(ActiveEffect(known("presliding_friction.outer"))), np.append(TRUTH, [0.05, 3e-3])
+    model, values = (
+        MODEL.with_effect(ActiveEffect(EFFECTS["presliding_friction.outer"])),
+        np.append(TRUTH, [0.05, 3e-3]),
+    )
     assert max(abs(w.start[4]) for w in fit_initial_states(model, values, windows).windows) < 4.0
 
 

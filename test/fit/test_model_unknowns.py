@@ -9,10 +9,9 @@ import numpy as np
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.model_unknowns import ModelUnknowns
 from cdp_ident.fit.prior import Mechanism, Prior
-from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.parameters import GROUPS
+from scenarios.effects import EFFECTS
 
-EFFECTS = {effect.key: effect for effect in CATALOGUE}
 MODEL = ModelUnknowns(Mechanism.of(Prior()))
 
 

@@ -13,19 +13,17 @@ from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Mechanism, Prior
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.likelihood.swing import Swing
-from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.parameters import GROUPS, SYMBOLS, coefficients_of, groups_of, inertia_about_cart
 from cdp_ident.model.weights import Weight
 from cdp_ident.trial.trial import Trial
 from reference.pendulum import TABLE_3, TABLE_5
 from reference.weights import with_weight
+from scenarios.effects import EFFECTS
+from scenarios.paper_rig import A22
+from scenarios.paper_rig import GROUPS as TRUTH
 from scenarios.twin import standard_twin
 
-EFFECTS = {effect.key: effect for effect in CATALOGUE}
 MODEL = MotionModel(Mechanism.of(Prior()))
-TRUTH = groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"])
-PHYSICAL = np.array([TABLE_5[symbol] for symbol in SYMBOLS])
-A22 = float(inertia_about_cart(PHYSICAL, TABLE_5["L"]))
 WEIGHTS = (Weight("inner", 0.08, 0.25, 3e-5, 0.001, 0.002), Weight("outer", 0.05, 0.3, 2e-5, 0.0005, 0.001))
 ABSOLUTE = replace(MODEL, inertia_free=True)
 STEP = 1e-6

@@ -11,14 +11,12 @@ from cdp_ident.fit.objective import search_objective
 from cdp_ident.fit.prior import Prior
 from cdp_ident.fit.windows import cut_into_windows
 from cdp_ident.model.motions import simulate
-from cdp_ident.model.parameters import SYMBOLS, physical_coefficients
-from reference.pendulum import TABLE_5
+from scenarios.paper_rig import COEFFICIENTS, PHYSICAL
 from scenarios.start_given import CLOSE, StartGiven, balance_and_fit, search_and_fit
 from scenarios.twin import standard_twin
 from scenarios.weighted import plain_and_weighted
 
 PRIOR = Prior()
-PHYSICAL = np.array([TABLE_5[symbol] for symbol in SYMBOLS])
 TWIN = standard_twin(np.random.default_rng(0))
 WINDOWS = cut_into_windows([TWIN])
 
@@ -45,7 +43,7 @@ def test_the_search_s_error_is_that_of_simulations_over_its_span(span, segments)
         beginning = WINDOWS[first]
         samples = slice(beginning.first, WINDOWS[first + per_segment - 1].samples.stop)
         time = TWIN.time[samples] - beginning.begin
-        states = simulate(physical_coefficients(TABLE_5), beginning.start, time)
+        states = simulate(COEFFICIENTS, beginning.start, time)
         expected += np.sum((states[:, :2] - TWIN.theta[samples]) ** 2)
     assert error == pytest.approx([expected], rel=1e-6)
 

@@ -10,12 +10,11 @@ from hypothesis import strategies as st
 from cdp_ident.fit.physical import logarithmic_derivatives, nearest_physical_values, shown_by_trials
 from cdp_ident.fit.prior import Prior
 from cdp_ident.model.parameters import SYMBOLS, groups_of
-from reference.pendulum import TABLE_2, TABLE_5
+from reference.pendulum import TABLE_5
 from reference.strategies import pendulums
+from scenarios.paper_rig import GROUPS, LENGTH
+from scenarios.paper_rig import PHYSICAL as TRUTH
 
-LENGTH = TABLE_2["L"]
-TRUTH = np.array([TABLE_5[symbol] for symbol in SYMBOLS])
-GROUPS = groups_of(TRUTH, LENGTH)
 SMALL = np.diag((0.002 * GROUPS) ** 2)
 M1, M2, M0, L1, L2, J1, J2, C1, C2 = range(9)
 

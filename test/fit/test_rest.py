@@ -12,25 +12,23 @@ from cdp_ident.fit.initial_states import fit_initial_states
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Mechanism
 from cdp_ident.fit.windows import cut_at, cut_into_windows
-from cdp_ident.model.effects.catalogue import CATALOGUE
-from cdp_ident.model.parameters import SYMBOLS, groups_of, inertia_about_cart
+from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.trial.trial import Trial
 from reference.dry_friction import DryFriction
 from reference.pendulum import TABLE_5
 from reference.sticking import motion
+from scenarios.effects import EFFECTS
+from scenarios.paper_rig import A22, GROUPS, LENGTH
 
-PHYSICAL = np.array([TABLE_5[symbol] for symbol in SYMBOLS])
-INERTIA = float(inertia_about_cart(PHYSICAL, TABLE_5["L"]))
 TIME = np.arange(1600) / 200.0
 STEP = 2 * np.pi / 2000
 
 
 def model_of(effects):
     """Return a model with effects, by their keys, and the true values with theirs."""
-    model = MotionModel(Mechanism(TABLE_5["L"], TABLE_5["g"], TABLE_5["L"], INERTIA))
-    values = groups_of(PHYSICAL, TABLE_5["L"])
+    model, values = MotionModel(Mechanism(LENGTH, TABLE_5["g"], LENGTH, A22)), GROUPS
     for key, own in effects.items():
-        model = model.with_effect(ActiveEffect(next(effect for effect in CATALOGUE if effect.key == key)))
+        model = model.with_effect(ActiveEffect(EFFECTS[key]))
         values = np.append(values, own)
     return model, values
 
@@ -49,9 +47,7 @@ def test_the_rounding_of_a_joint_at_rest_is_not_taken_for_its_angle():
     windows = windows_of(states, np.column_stack([error, np.zeros(len(TIME))]))
     assert np.any(np.ptp(windows[-1].theta, axis=0) > 20 * STEP)
     assert np.ptp(windows[-1].theta[:, 0]) < 2 * STEP  # the inner joint rests, and the outer one moves
-    model, values = model_of(
-        {"coulomb_friction.inner": [torque / INERTIA], "encoder_eccentricity.inner": [sine, cosine]}
-    )
+    model, values = model_of({"coulomb_friction.inner": [torque / A22], "encoder_eccentricity.inner": [sine, cosine]})
     fit = fit_initial_states(model, values, windows)
     assert max(np.abs(shown).max() for shown in fit.errors) < 2.0 * STEP
     for window, start in zip(fit.windows[-3:], states[[1000, 1200, 1400]], strict=True):
@@ -68,8 +64,8 @@ def test_rods_at_rest_are_found_where_they_are_whatever_the_first_estimate_of_th
     last = replace(last, start=np.array([*last.start[:2], 1e-11, -3e-12]))  # as rounding errors of a computer are
     model, values = model_of(
         {
-            "coulomb_friction.inner": [torque / INERTIA],
-            "coulomb_friction.outer": [torque / INERTIA],
+            "coulomb_friction.inner": [torque / A22],
+            "coulomb_friction.outer": [torque / A22],
             "encoder_offset.outer": [offset],
         }
     )
@@ -77,7 +73,6 @@ def test_rods_at_rest_are_found_where_they_are_whatever_the_first_estimate_of_th
         assert np.abs(fit_initial_states(model, values, at_rest).errors[-1]).max() < 1e-3 * STEP
 
 
-GROUPS = groups_of(PHYSICAL, TABLE_5["L"])
 TORQUE = 0.1
 ELSEWHERE = 2.5
 """Change of theta2 [rad] to an angle from which the outer rod falls, and from which it is not found again."""
@@ -90,11 +85,8 @@ def begun():
     friction = DryFriction(TORQUE)
     angles = motion(TABLE_5, (3.9, 4.4, 0.0, 0.0), TIME, friction, friction)[:, :2]
     trial = Trial("swing", TIME, np.round(angles / COUNTS) * COUNTS)
-    model, values = MotionModel(Mechanism(TABLE_5["L"], TABLE_5["g"], TABLE_5["L"], INERTIA)), GROUPS
-    for joint in ("inner", "outer"):
-        effect = next(e for e in CATALOGUE if e.key == f"coulomb_friction.{joint}")
-        model, values = model.with_effect(ActiveEffect(effect)), np.append(values, TORQUE / INERTIA)
-    return model, values, cut_into_windows([trial], 1.0)
+    effects = {f"coulomb_friction.{joint}": [TORQUE / A22] for joint in JOINTS}
+    return *model_of(effects), cut_into_windows([trial], 1.0)
 
 
 def astray(windows):

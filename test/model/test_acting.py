@@ -12,7 +12,8 @@ from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import exclude_each_other
 from cdp_ident.model.motions import InitialValueProblem, motions, simulate
 from cdp_ident.model.time_grid import TimeGrid
-from scenarios.effects import COEFFICIENTS, EFFECTS, acting
+from scenarios.effects import EFFECTS, acting
+from scenarios.paper_rig import COEFFICIENTS
 
 START = np.array([2.3, 1.4, 0.5, -1.0])
 GRID = TimeGrid.over(np.arange(40) / 100.0)

@@ -11,7 +11,8 @@ from cdp_ident.model.acting import ActingEffects
 from cdp_ident.model.motions import InitialValueProblem, motions
 from cdp_ident.model.time_grid import TimeGrid
 from reference.pendulum import TABLE_3
-from scenarios.effects import COEFFICIENTS, EFFECTS, typical
+from scenarios.effects import EFFECTS, typical
+from scenarios.paper_rig import COEFFICIENTS
 
 STARTS = {"onwards": [-1.0, 0.2, 4.7, 7.9], "to and fro": list(TABLE_3)}
 """From the first both joints turn on in the same direction, from the second they turn back."""

@@ -20,7 +20,8 @@ from reference import pendulum
 from reference.pendulum import TABLE_2, TABLE_3, TABLE_5, TIME
 from reference.strategies import pendulums, starts
 from scenarios.driven import FRICTION, NOISE, START, driven_by_motors
-from scenarios.effects import A22, COEFFICIENTS, EFFECTS, acting
+from scenarios.effects import EFFECTS, acting
+from scenarios.paper_rig import A22, COEFFICIENTS
 
 ON_THE_GRID = np.arange(0, 10.0005, 0.005)
 ANYWHERE = np.sort(np.random.default_rng(7).uniform(0, 10, 1500))

@@ -22,7 +22,8 @@ from reference.pendulum import TABLE_2, TABLE_5
 from reference.plant import Plant
 from reference.sticking import path
 from reference.strategies import pendulums, starts
-from scenarios.effects import A22, COEFFICIENTS, EFFECTS, acting
+from scenarios.effects import EFFECTS, acting
+from scenarios.paper_rig import A22, COEFFICIENTS
 
 RODS = TABLE_5["m1"] + TABLE_5["m2"] + TABLE_5["m0"]
 TIMES = np.arange(1001) * 0.005

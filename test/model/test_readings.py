@@ -20,7 +20,8 @@ from reference.mechanics import Rig
 from reference.pendulum import TABLE_5
 from reference.plant import Plant
 from reference.sticking import path
-from scenarios.effects import A22, COEFFICIENTS, EFFECTS, acting
+from scenarios.effects import EFFECTS, acting
+from scenarios.paper_rig import A22, COEFFICIENTS
 
 V = TABLE_5
 COMPLIANCE = 2e-3

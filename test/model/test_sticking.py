@@ -15,7 +15,8 @@ from reference.mechanics import Rig
 from reference.pendulum import TABLE_5
 from reference.plant import Plant
 from reference.sticking import motion, path
-from scenarios.effects import A22, COEFFICIENTS, acting
+from scenarios.effects import acting
+from scenarios.paper_rig import A22, COEFFICIENTS
 
 TIMES = np.arange(2001) * 0.005
 START = np.array([np.pi + 0.7, np.pi - 0.5, 0.0, 0.0])

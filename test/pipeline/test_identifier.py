@@ -11,21 +11,47 @@ import pytest
 import yaml
 from rich.console import Console
 
+from cdp_ident.configuration.settings import Settings
 from cdp_ident.nodes.identify import main
 from cdp_ident.pipeline import identifier as module
 from cdp_ident.pipeline.identifier import Identifier, Request
-from cdp_ident.pipeline.job import run
+from cdp_ident.pipeline.job import load, run
 from cdp_ident.report.contents import report
 from cdp_ident.report.folder import CURVES, FITTED, PAGE, REPORT
+from cdp_ident.report.outcome import Job
 from scenarios.clean_bags import write_clean_bags
 
 pytestmark = pytest.mark.long
 
 
-def test_what_cannot_be_written_is_printed_all_the_same(tmp_path, capsys):
-    write_clean_bags(tmp_path, swing=6.0)
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """Clean bags, not to be written into."""
+    folder = tmp_path_factory.mktemp("made")
+    write_clean_bags(folder, swing=6.0)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def found(made):
+    """What an identification of one of them came to."""
+    return run(load(Job((made / "swing_wide",), (), Settings.of({}))), lambda progress: "enough")
+
+
+@pytest.fixture
+def identified(made, found, tmp_path, monkeypatch):
+    """Return a function that lets `identify` come to that, into a folder; it returns the exit code."""
+
+    def run(*options, meanwhile=lambda: None):
+        monkeypatch.setattr(module, "run", lambda *_: (meanwhile(), found)[1])
+        return main(["--bag", str(made / "swing_wide"), "--out", str(tmp_path / "out"), "--once", *options])
+
+    return run
+
+
+def test_what_cannot_be_written_is_printed_all_the_same(identified, tmp_path, capsys):
     (tmp_path / "out" / REPORT).mkdir(parents=True)
-    assert main(["--bag", str(tmp_path / "swing_wide"), "--out", str(tmp_path / "out"), "--once", "--force"]) == 2
+    assert identified("--force") == 2
     printed = capsys.readouterr()
     assert "Base parameters, all that a free swing depends on" in printed.out
     text = printed.out.partition(f"{FITTED}, which could not be written:\n")[2]
@@ -35,15 +61,13 @@ def test_what_cannot_be_written_is_printed_all_the_same(tmp_path, capsys):
     assert printed.err.splitlines()[-1].startswith("identify: error: ")
 
 
-def test_a_report_that_cannot_be_printed_or_drawn_is_written_all_the_same(tmp_path, capsys, monkeypatch):
-    write_clean_bags(tmp_path, swing=6.0)
-
+def test_a_report_that_cannot_be_printed_or_drawn_is_written_all_the_same(identified, tmp_path, capsys, monkeypatch):
     def fail(*_arguments):
         raise ZeroDivisionError("float division by zero")
 
     monkeypatch.setattr(module, "print_document", fail)
     monkeypatch.setattr(module, "draw", fail)
-    assert main(["--bag", str(tmp_path / "swing_wide"), "--out", str(tmp_path / "out"), "--once"]) == 0
+    assert identified() == 0
     said = capsys.readouterr().out
     assert "the report cannot be printed: float division by zero" in said
     assert f"report {tmp_path / 'out'}` can draw them: float division by zero" in said
@@ -51,32 +75,25 @@ def test_a_report_that_cannot_be_printed_or_drawn_is_written_all_the_same(tmp_pa
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_asked_to_end_when_the_search_is_over_it_writes_what_was_found(tmp_path, capsys, monkeypatch, number):
-    write_clean_bags(tmp_path, swing=6.0)
-
+def test_asked_to_end_when_the_search_is_over_it_writes_what_was_found(identified, tmp_path, monkeypatch, number):
     def interrupted(*arguments):
         signal.raise_signal(number)
         return report(*arguments)
 
     monkeypatch.setattr(module, "report", interrupted)
-    monkeypatch.setattr(module, "run", lambda loaded, stop, *others: run(loaded, lambda progress: "enough"))
-    assert main(["--bag", str(tmp_path / "swing_wide"), "--out", str(tmp_path / "out"), "--once"]) == 0
+    assert identified() == 0
     assert {REPORT, FITTED, CURVES, PAGE} <= {path.name for path in (tmp_path / "out").iterdir()}
 
 
-def test_of_two_that_write_into_one_folder_both_results_are_kept(tmp_path, capsys, monkeypatch):
-    write_clean_bags(tmp_path, swing=6.0)
-    out = tmp_path / "out"
+def test_of_two_that_write_into_one_folder_both_results_are_kept(identified, tmp_path, capsys, monkeypatch):
+    out, drawn = tmp_path / "out", []
 
-    def meanwhile(loaded, stop, *others):
+    def meanwhile():
         out.mkdir()
         (out / REPORT).write_text("of the other one")
-        return run(loaded, lambda progress: "enough")
 
-    drawn = []
-    monkeypatch.setattr(module, "run", meanwhile)
     monkeypatch.setattr(module, "draw", lambda *of: drawn.append(of))
-    assert main(["--bag", str(tmp_path / "swing_wide"), "--out", str(out), "--once", "--figures"]) == 0
+    assert identified("--figures", meanwhile=meanwhile) == 0
     assert (out / REPORT).read_text() == "of the other one"
     assert {path.name for path in (tmp_path / "out_2").iterdir()} == {REPORT, FITTED, CURVES}
     assert drawn == [(tmp_path / "out_2", True)]
@@ -84,16 +101,15 @@ def test_of_two_that_write_into_one_folder_both_results_are_kept(tmp_path, capsy
 
 
 @pytest.fixture
-def watching(tmp_path):
+def watching(made, tmp_path):
     """An identifier that watches a folder with one bag, and where what it says is written."""
-    write_clean_bags(tmp_path / "made", swing=6.0)
     said = io.StringIO()
     trials = tmp_path / "trials"
     request = Request((), (), tmp_path / "out", None, None, None, force=False, watch=trials)
     identifier = Identifier(request, Console(file=said), Console(file=io.StringIO()))
 
-    def bring(made, name):
-        shutil.copytree(tmp_path / "made" / made, trials / name)
+    def bring(bag, name):
+        shutil.copytree(made / bag, trials / name)
         for file in (trials / name).iterdir():
             os.utime(file, (1000, 1000))
         return trials / name
@@ -143,11 +159,10 @@ def test_a_watched_bag_that_was_left_out_is_tried_again_when_its_files_change(wa
     assert names(identifier.load({})) == ["one", "two"]
 
 
-def test_a_watched_trial_that_shows_a_weight_for_the_first_time_is_not_checked(watching, monkeypatch):
+def test_a_watched_trial_that_shows_a_weight_for_the_first_time_is_not_checked(watching, found, monkeypatch):
     identifier, bring, said = watching
-    loaded = identifier.load({})
-    latest = run(loaded, lambda progress: "enough")
-    monkeypatch.setattr(identifier, "_latest", latest)
+    identifier.load({})
+    monkeypatch.setattr(identifier, "_latest", found)
     bring("swing_folded", "two")
     weights = {"trials.two.added.outer": [0.05, 0.3], "trials.three.added.outer": [0.05, 0.3]}
     first, second = identifier.load(weights).fit

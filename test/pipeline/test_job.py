@@ -16,6 +16,7 @@ from cdp_ident.errors import OptionError
 from cdp_ident.pipeline.job import load, run
 from cdp_ident.report.contents import report
 from cdp_ident.report.outcome import Job
+from scenarios.clean_bags import write_clean_bags
 
 BAGS = Path(__file__).parents[2] / "bags"
 WIDE, FOLDED = BAGS / "swing_wide", BAGS / "swing_folded"
@@ -53,8 +54,10 @@ def test_a_copy_of_a_bag_is_the_same_bag(tmp_path):
         load(job([WIDE], [tmp_path / "other"]))
 
 
-def test_a_sentence_ends_the_search_whose_best_is_refined_all_the_same():
-    outcome = run(load(job([WIDE], method="iga")), lambda progress: "enough" if progress.generation == 3 else None)
+def test_a_sentence_ends_the_search_whose_best_is_refined_all_the_same(tmp_path):
+    write_clean_bags(tmp_path, swing=6.0)
+    loaded = load(job([tmp_path / "swing_wide"], method="iga"))
+    outcome = run(loaded, lambda progress: "enough" if progress.generation == 3 else None)
     search = outcome.identification.search
     assert (search.stopped, len(search.history)) == ("enough", 4)
     assert not search.completed

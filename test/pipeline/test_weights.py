@@ -15,7 +15,7 @@ from cdp_ident.configuration.settings import Settings
 from cdp_ident.diagnosis.warnings import find_warnings
 from cdp_ident.errors import IdentificationError, OptionError, TrialError
 from cdp_ident.fit.options import IdentifyOptions
-from cdp_ident.model.parameters import SYMBOLS, groups_of
+from cdp_ident.model.parameters import SYMBOLS
 from cdp_ident.model.weights import Weight
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.pipeline.job import load
@@ -23,14 +23,11 @@ from cdp_ident.report.folder import json_text
 from cdp_ident.report.outcome import Job
 from cdp_ident.report.schema import problem
 from cdp_ident.report.wording import weights_words
-from reference.pendulum import TABLE_5
 from scenarios.clean_bags import write_clean_bags
+from scenarios.paper_rig import GROUPS, PHYSICAL
 from scenarios.weighted import FRICTION, INERTIA, WEIGHT, plain_and_weighted
 
 pytestmark = pytest.mark.long
-
-PHYSICAL = np.array([TABLE_5[symbol] for symbol in SYMBOLS])
-TRUTH = np.append(groups_of(PHYSICAL, TABLE_5["L"]), 1.0 / INERTIA)
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +52,7 @@ def test_frictions_are_determined_and_what_shares_the_rest_is_not(weighted):
 def test_trials_with_different_weights_agree(weighted):
     assert weighted.repeatability.agree
     assert "one_over_A22" not in weighted.repeatability.names
-    alone = np.abs(weighted.repeatability.values[:, :5] - TRUTH[:5]) / weighted.repeatability.std[:, :5]
+    alone = np.abs(weighted.repeatability.values[:, :5] - GROUPS) / weighted.repeatability.std[:, :5]
     assert np.all(alone < 4.0)
 
 
@@ -88,7 +85,7 @@ def coverage(seeds, weight):
         mass, place = (rng.normal(weight.mass, weight.mass_std), rng.normal(weight.place, weight.place_std))
         trials = plain_and_weighted(rng, weight, replace(weight, mass=mass, place=place))
         found = identify(trials, [], IdentifyOptions(seed=seed))
-        errors = np.append((found.fit.values[:5] - TRUTH[:5]) / np.sqrt(np.diag(found.covariance)[:5]), [
+        errors = np.append((found.fit.values[:5] - GROUPS) / np.sqrt(np.diag(found.covariance)[:5]), [
             (found.inertia.value - INERTIA) / found.inertia.std,
             *((found.physical.values - PHYSICAL) / found.physical.std)[-2:],
         ])  # fmt: skip

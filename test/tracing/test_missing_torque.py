@@ -10,11 +10,11 @@ import pytest
 from cdp_ident.tracing.missing_torque import MissingTorque
 from reference import pendulum
 from reference.pendulum import TABLE_5
+from scenarios.paper_rig import A22
 from scenarios.swings import TIME, fitted, measured, recorded
 
 SIZE, TURNS = 4e-3, 2.0
 """Of a torque in the outer joint over its angle [N m]."""
-INERTIA = TABLE_5["m1"] * TABLE_5["l1"] ** 2 + TABLE_5["J1"] + (TABLE_5["m2"] + TABLE_5["m0"]) * TABLE_5["L"] ** 2
 
 
 def hidden(angle):
@@ -35,7 +35,7 @@ def test_it_is_what_was_hidden_within_its_standard_deviation_beside_angles_and_s
     states, of = found
     missing = MissingTorque.of(of)
     theta1, theta2, omega1, omega2 = (np.interp(missing.time, TIME, column) for column in states[:, :4].T)
-    true = hidden(theta2 - theta1) / INERTIA
+    true = hidden(theta2 - theta1) / A22
     assert of.is_missing[1]
     inside = slice(3, -3)
     assert np.corrcoef(missing.torque[inside, 1], true[inside])[0, 1] > 0.95

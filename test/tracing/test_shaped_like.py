@@ -8,13 +8,12 @@ import pytest
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.model.effects.curves import basis
 from cdp_ident.tracing.shaped_like import _most_like, _torque, shaped_like_the_last
-from scenarios.swings import UNIT, fitted, known, measured, motion, recorded, with_effect
+from scenarios.swings import UNIT, known, with_effect
 
 VALUES = {"magnet": [2.0, 0.33, 0.1, 0.3], "end_stop": [15.0, -0.68, 0.1]}
 
 
-@pytest.mark.parametrize("joint", ["inner", "outer"])
-@pytest.mark.parametrize("name", VALUES)
+@pytest.mark.parametrize(("name", "joint"), [("magnet", "outer"), ("end_stop", "inner"), ("end_stop", "outer")])
 def test_it_is_found_at_its_place(name, joint):
     effect, curve = known(f"{name}.{joint}"), known(f"unknown_torque.{joint}.over_angle").curve
     angles = np.arange(curve.count) * (2.0 * np.pi / curve.count)
@@ -26,8 +25,7 @@ def test_it_is_found_at_its_place(name, joint):
     assert found[shown] == pytest.approx(np.array(VALUES[name])[shown], rel=1e-3)
 
 
-def test_of_a_model_whose_last_effect_is_no_such_curve_there_is_none():
-    clean = fitted(recorded([measured(motion(), np.random.default_rng(1))]))
+def test_of_a_model_whose_last_effect_is_no_such_curve_there_is_none(clean):
     assert not list(shaped_like_the_last(with_effect(clean, "joint_spring.outer", 0.1, 0.0)))
     of_speed = with_effect(clean, "unknown_torque.outer.over_speed", *np.zeros(32))
     assert not list(shaped_like_the_last(of_speed))

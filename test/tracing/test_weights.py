@@ -10,15 +10,14 @@ import pytest
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Mechanism, Prior
 from cdp_ident.likelihood.scores import shocks
-from cdp_ident.model.parameters import SYMBOLS, groups_of
 from cdp_ident.model.weights import Weight
 from cdp_ident.tracing.missing_torque import MissingTorque
-from reference.pendulum import TABLE_5
+from scenarios.paper_rig import GROUPS
 from scenarios.swings import fitted, recorded
 from scenarios.weighted import INERTIA, plain_and_weighted
 
 MODEL = replace(MotionModel(Mechanism.of(Prior())), inertia_free=True)
-TRUTH = MODEL.initial_values(groups_of([TABLE_5[symbol] for symbol in SYMBOLS], TABLE_5["L"]), INERTIA)
+TRUTH = MODEL.initial_values(GROUPS, INERTIA)
 HEAVY = Weight("outer", 0.3, 0.3)
 """So that A22 with it is nearly twice A22."""
 RIPPLE = 6e-3

@@ -22,7 +22,8 @@ from cdp_ident.model.effects.effect import Effect, EffectParameter, Law, State
 from cdp_ident.model.motions import accelerations_at
 from reference import hidden_effects, pendulum
 from reference.pendulum import TABLE_5
-from scenarios.effects import A22, COEFFICIENTS, EFFECTS, acting, typical
+from scenarios.effects import EFFECTS, acting, typical
+from scenarios.paper_rig import A22, COEFFICIENTS
 
 SIZE = 3e-3
 """Strength of an effect in its unit."""

@@ -23,7 +23,8 @@ from cdp_ident.model.formulas.compiled import laws_in, motion_law, reading_law
 from cdp_ident.model.formulas.language import INPUTS, PARAMETERS
 from cdp_ident.model.motions import InitialValueProblem, motions, simulate
 from cdp_ident.model.time_grid import TimeGrid
-from scenarios.effects import COEFFICIENTS, EFFECTS, acting
+from scenarios.effects import EFFECTS, acting
+from scenarios.paper_rig import COEFFICIENTS
 
 NUMBERS = count()
 START, TIMES = np.array([-1.0, 0.2, 4.7, 7.9]), np.arange(100) / 200.0
