@@ -46,9 +46,9 @@ def write_clean_bag(
         writer.close(custom_data or {})
 
 
-def clean_trials(folder: Path) -> tuple[Trial, ...]:
-    """Write the bags and return their trials."""
-    write_clean_bags(folder)
+def clean_trials(folder: Path, swing: float = 14.0) -> tuple[Trial, ...]:
+    """Write the bags and return their trials, in which they swing freely for so long [s]."""
+    write_clean_bags(folder, swing=swing)
     return tuple(load_trial(folder / name) for name in STARTS)
 
 

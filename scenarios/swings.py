@@ -22,7 +22,7 @@ from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.effects.effect import Effect
 from cdp_ident.model.parameters import SYMBOLS, groups_of
 from cdp_ident.trial.trial import Trial
-from reference import pendulum, sticking
+from reference import sticking
 from reference.dry_friction import DryFriction
 from reference.pendulum import TABLE_2, TABLE_5, Array
 
@@ -44,10 +44,7 @@ def known(key: str) -> Effect:
 @cache
 def motion(start: tuple[float, float] = (1.5, 1.2), dry: float = 0.0) -> Array:
     """Return angles (n, 2) of a swing from rest [rad], with dry friction in the outer joint [N m]."""
-    begin = np.array([*start, 0.0, 0.0])
-    if dry:
-        return sticking.motion(TABLE_5, begin, TIME, outer=DryFriction(dry))[:, :2]
-    return pendulum.motion(TABLE_5, begin, TIME)[:, :2]
+    return sticking.motion(TABLE_5, [*start, 0.0, 0.0], TIME, outer=DryFriction(dry))[:, :2]
 
 
 def measured(

@@ -31,7 +31,7 @@ def as_measured(
 @functools.cache
 def standard_motion() -> Array:
     """Return the angles (n, 2) of the twin of the paper's trial before any noise [rad], made once and read-only."""
-    theta = sticking.motion(TABLE_5, TABLE_3, TEN_SECONDS)[:, :2]  # compiled, and the same to 1e-9
+    theta = sticking.motion(TABLE_5, TABLE_3, TEN_SECONDS)[:, :2]
     theta.setflags(write=False)
     return theta
 
@@ -65,9 +65,13 @@ def twin(
         counts_per_turn: resolution of both encoders, the outer one of which sits between the rods; None for none.
         cart: the cart's position [m] as an expression of `TIME`; measured where it is not at rest.
         torque: a hidden effect; see `motion`.
-        tolerance: of the integration; see `motion`.
+        tolerance: of the integration over a cart that moves or with a hidden effect; see `motion`.
         name: the trial's.
     """
-    theta = as_measured(motion(values, start, times, cart, torque, tolerance)[:, :2], rng, noise, counts_per_turn)
+    if torque is None and cart == AT_REST and times[0] == 0.0:
+        states = sticking.motion(values, start, times)  # compiled, and the same to 1e-9
+    else:
+        states = motion(values, start, times, cart, torque, tolerance)
+    theta = as_measured(states[:, :2], rng, noise, counts_per_turn)
     position = None if cart == AT_REST else cart_position(cart, times)
     return Trial(name, times - times[0], theta, position)

@@ -72,12 +72,9 @@ def test_a_file_that_is_there_is_replaced_only_by_force(fitted, tmp_path, refuse
 @pytest.mark.parametrize(
     ("content", "told"),
     [
-        (parameter_file({"m1": 0.1}), "m2"),
-        (parameter_file(NOMINAL | {"m1": -0.1}), "m1"),
-        (parameter_file(NOMINAL | {"effects.dry_friction.inner.torque": 0.1}), "dry_friction"),
+        (parameter_file({"m1": 0.1}), "m2"),  # what else is no model is in test_fitted_model.py
         (parameter_file(NOMINAL | EFFECTS | {"effects.joint_spring.inner.stiffness": 2.0,
                                              "effects.joint_spring.inner.torque": 0.0}), "do not rest"),
-        ("[", "YAML"),
     ],
 )  # fmt: skip
 def test_a_file_that_describes_no_model_is_refused_in_one_line(tmp_path, refused, content, told):

@@ -40,7 +40,8 @@ def test_drawn_again_of_numbers_and_curves_it_is_the_same_to_the_byte_and_old_fi
     assert (len(list((folder / FIGURES).iterdir())) > 1) == bool(options)
 
 
-def test_curves_without_a_usable_number_are_drawn_as_far_as_they_go(folder):
+@pytest.mark.parametrize("options", [(), pytest.param(("--figures",), marks=pytest.mark.campaign)])
+def test_curves_without_a_usable_number_are_drawn_as_far_as_they_go(folder, options):
     """Which numbers are none is in test_curves_npz.py."""
     with np.load(folder / CURVES) as curves:
         arrays = dict(curves)
@@ -48,7 +49,7 @@ def test_curves_without_a_usable_number_are_drawn_as_far_as_they_go(folder):
         if array.dtype.kind == "f" and not name.endswith(".time"):
             arrays[name] = np.full(array.shape, np.inf)
     np.savez(folder / CURVES, **arrays)
-    assert main([str(folder), "--figures"]) == 0
+    assert main([str(folder), *options]) == 0
 
 
 def changed(**values):

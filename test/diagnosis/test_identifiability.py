@@ -24,7 +24,7 @@ from scenarios.weighted import plain_and_weighted
 @cache
 def trial():
     with tempfile.TemporaryDirectory() as folder:
-        return clean_trials(Path(folder))[0]
+        return clean_trials(Path(folder), swing=8.0)[0]
 
 
 @cache

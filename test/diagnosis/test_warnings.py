@@ -24,7 +24,7 @@ from scenarios.clean_bags import clean_trials
 def trials():
     """Those of the clean bags, every other sample."""
     with tempfile.TemporaryDirectory() as folder:
-        of_bags = clean_trials(Path(folder))
+        of_bags = clean_trials(Path(folder), swing=8.0)
     return tuple(replace(trial, time=trial.time[::2], theta=trial.theta[::2]) for trial in of_bags)
 
 
@@ -64,7 +64,7 @@ def test_an_interrupted_search_is_named_first():
 def test_a_wrong_length_shows_as_error_above_the_noise():
     found = identify(trials(), [], IdentifyOptions(prior=Prior(nominal={"L": 0.42}), length_std=0.0))
     assert {"constant_off", "error_above_noise"} <= set(names(found))
-    assert of_name(found, "constant_off").message.startswith("by the motion L is 0.4 m")
+    assert of_name(found, "constant_off").message.startswith("by the motion L is 0.4")
 
 
 @pytest.mark.parametrize("given", [0.24, 0.64])

@@ -11,13 +11,10 @@ from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.data import prepare
 from cdp_ident.fit.roles import PartedTrial
 from cdp_ident.fit.scales import scales_of
-from cdp_ident.model.motions import simulate
-from cdp_ident.model.parameters import physical_coefficients
 from cdp_ident.trial.trial import Trial
-from reference.pendulum import TABLE_3, TABLE_5
-from scenarios.twin import TEN_SECONDS
+from scenarios.twin import TEN_SECONDS, standard_motion
 
-THETA = simulate(physical_coefficients(TABLE_5), TABLE_3, TEN_SECONDS)[:, :2]
+THETA = standard_motion()
 TRIAL = Trial("whole", TEN_SECONDS, THETA)
 
 

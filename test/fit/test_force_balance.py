@@ -14,6 +14,7 @@ from reference import pendulum
 from reference.own_units import Rig
 from reference.pendulum import TABLE_5
 from scenarios.paper_rig import GROUPS
+from scenarios.twin import twin
 from scenarios.weighted import INERTIA, plain_and_weighted
 
 SHARED = Path(__file__).parents[3] / "shared" / "data"
@@ -117,8 +118,8 @@ def test_a_length_that_is_not_known_well_is_found(measured):
 def test_the_cart_s_measured_motion_is_part_of_the_balance():
     time = np.arange(1400) * 0.005
     cart = 0.03 * sympy.sin(9 * pendulum.TIME)
-    theta = pendulum.motion(TABLE_5, (2.0, 2.6, 0.0, 0.0), time, cart, tolerance=1e-8)[:, :2]
-    found = balanced([Trial("driven", time, theta, pendulum.cart_position(cart, time))])
+    exact = {"noise": 0.0, "counts_per_turn": None, "tolerance": 1e-8}
+    found = balanced([twin(np.random.default_rng(0), TABLE_5, (2.0, 2.6, 0.0, 0.0), time, cart=cart, **exact)])
     assert found.groups[:3] == pytest.approx(GROUPS[:3], rel=5e-3)
 
 

@@ -13,14 +13,12 @@ from cdp_ident.fit.initial_states import fit_initial_states
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.prior import Mechanism
 from cdp_ident.fit.windows import cut_into_windows
-from cdp_ident.model.motions import simulate
-from cdp_ident.model.parameters import physical_coefficients
 from cdp_ident.trial.trial import Trial
 from reference.pendulum import TABLE_5
 from scenarios.effects import EFFECTS
 from scenarios.paper_rig import A22, LENGTH
 from scenarios.paper_rig import GROUPS as TRUTH
-from scenarios.twin import TEN_SECONDS, as_measured, standard_twin
+from scenarios.twin import TEN_SECONDS, standard_twin, twin
 
 MODEL = MotionModel(Mechanism(LENGTH, TABLE_5["g"], LENGTH, A22))
 NOISE = 2.1e-3
@@ -67,9 +65,8 @@ def test_each_is_at_a_minimum_of_its_own_whatever_the_others_and_the_cores(windo
 
 
 def test_a_chaotic_motion_is_followed_from_rough_initial_states():
-    values = physical_coefficients({**TABLE_5, "c1": 0.0, "c2": 0.0})
-    theta = simulate(values, np.array([np.pi - 2.5, np.pi - 2.9, 16.0, -16.0]), TEN_SECONDS, step=0.001)[:, :2]
-    trial = Trial("frictionless", TEN_SECONDS, as_measured(theta, np.random.default_rng(0)))
+    start = (np.pi - 2.5, np.pi - 2.9, 16.0, -16.0)
+    trial = twin(np.random.default_rng(0), TABLE_5 | {"c1": 0.0, "c2": 0.0}, start)
     found = fit_initial_states(MODEL, TRUTH * [1.0, 1.0, 1.0, 0.0, 0.0], cut_into_windows([trial], 5.0))
     assert found.rmse() < NOISE
 

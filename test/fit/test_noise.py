@@ -9,11 +9,8 @@ from scipy.signal import lfilter
 from cdp_ident.fit.data import noise_over_averages
 from cdp_ident.fit.noise import noise_of, rounding_of_averages
 from cdp_ident.fit.thinning import thinned
-from cdp_ident.model.motions import simulate
-from cdp_ident.model.parameters import physical_coefficients
 from cdp_ident.trial.trial import Trial
-from reference.pendulum import TABLE_3, TABLE_5
-from scenarios.twin import TEN_SECONDS, as_measured, standard_motion
+from scenarios.twin import TEN_SECONDS, as_measured, standard_motion, twin
 
 
 @pytest.mark.parametrize("noise", [2e-5, 1e-3, 2e-2, [1e-3, 4e-3]])
@@ -42,8 +39,7 @@ def test_noise_and_the_encoders_steps_add_up(noise, counts):
 def test_uneven_stamps_are_no_noise():
     rng = np.random.default_rng(0)
     time = np.cumsum(rng.uniform(0.002, 0.008, 1800))
-    theta = simulate(physical_coefficients(TABLE_5), np.array(TABLE_3), time, step=0.001)[:, :2]
-    found = noise_of(Trial("uneven", time, theta + rng.normal(0, 1e-3, theta.shape)))
+    found = noise_of(twin(rng, times=time - time[0], noise=1e-3, counts_per_turn=None))
     assert found == pytest.approx([1e-3, 1e-3], rel=0.08)
 
 

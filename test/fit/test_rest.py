@@ -54,25 +54,6 @@ def test_the_rounding_of_a_joint_at_rest_is_not_taken_for_its_angle():
         assert window.start[0] == pytest.approx(start[0], abs=STEP)
 
 
-def test_rods_at_rest_are_found_where_they_are_whatever_the_first_estimate_of_their_speeds():
-    torque, offset = 0.1, 0.02
-    friction = DryFriction(torque)
-    states = motion(TABLE_5, (3.9, 4.4, 0.0, 0.0), TIME, friction, friction)
-    windows = windows_of(states, np.tile([0.0, offset], (len(TIME), 1)))
-    *others, last = windows
-    assert np.all(np.ptp(last.theta, axis=0) == 0.0)
-    last = replace(last, start=np.array([*last.start[:2], 1e-11, -3e-12]))  # as rounding errors of a computer are
-    model, values = model_of(
-        {
-            "coulomb_friction.inner": [torque / A22],
-            "coulomb_friction.outer": [torque / A22],
-            "encoder_offset.outer": [offset],
-        }
-    )
-    for at_rest in ([last], [*others, last]):
-        assert np.abs(fit_initial_states(model, values, at_rest).errors[-1]).max() < 1e-3 * STEP
-
-
 TORQUE = 0.1
 ELSEWHERE = 2.5
 """Change of theta2 [rad] to an angle from which the outer rod falls, and from which it is not found again."""
@@ -89,17 +70,20 @@ def begun():
     return *model_of(effects), cut_into_windows([trial], 1.0)
 
 
-def astray(windows):
-    """Return the windows, the last of which begins where its outer rod is not."""
-    *others, last = windows
-    return [*others, replace(last, start=last.start + np.array([0.0, ELSEWHERE, 0.0, 0.0]))]
+def test_rods_at_rest_are_found_where_they_are_whatever_the_first_estimate_of_their_speeds(begun):
+    model, values, (*others, last) = begun
+    assert np.all(np.ptp(last.theta, axis=0) == 0.0)
+    last = replace(last, start=np.array([*last.start[:2], 1e-11, -3e-12]))  # as rounding errors of a computer are
+    for at_rest in ([last], [*others, last]):
+        assert np.abs(fit_initial_states(model, values, at_rest).errors[-1]).max() < 1e-3 * STEP
 
 
 def test_a_rod_at_rest_is_found_where_it_is(begun):
     model, values, windows = begun
-    assert np.all(np.ptp(windows[-1].theta, axis=0) == 0.0)
+    *others, last = windows
+    astray = [*others, replace(last, start=last.start + np.array([0.0, ELSEWHERE, 0.0, 0.0]))]
     right = fit_initial_states(model, values, windows)
-    assert fit_initial_states(model, values, astray(windows)).rmse() < 1.1 * right.rmse()
+    assert fit_initial_states(model, values, astray).rmse() < 1.1 * right.rmse()
 
 
 def test_a_rod_at_rest_that_was_taken_for_moving_is_found_though_noise_hides_most_of_its_error(begun):

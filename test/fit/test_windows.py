@@ -63,16 +63,21 @@ def test_a_cart_that_rests_has_no_acceleration(cart):
     assert not np.any(cut_into_windows([trial])[0].u)
 
 
-def test_every_window_of_a_moving_cart_has_its_stretch_of_the_acceleration():
-    windows = cut_into_windows([replace(TWIN, cart=0.1 * np.sin(3 * TWIN.time))])
-    for window in windows:
+@pytest.fixture(scope="module")
+def driven():
+    """The twin over a moving cart."""
+    return replace(TWIN, cart=0.1 * np.sin(3 * TWIN.time))
+
+
+def test_every_window_of_a_moving_cart_has_its_stretch_of_the_acceleration(driven):
+    for window in cut_into_windows([driven]):
         expected = -0.9 * np.sin(3 * (window.begin + window.grid.half_step_times()))
         # A natural spline is straight at the ends of the trial.
         assert np.abs(window.u - expected)[100:-100].max() < 0.01
 
 
-def test_pieces_of_a_window_have_their_stretch_of_what_it_has():
-    (window,) = cut_into_windows([replace(TWIN, cart=0.1 * np.sin(3 * TWIN.time))], np.inf)
+def test_pieces_of_a_window_have_their_stretch_of_what_it_has(driven):
+    (window,) = cut_into_windows([driven], np.inf)
     pieces, whole = window.in_pieces(150), window.in_pieces()
     assert whole.steps_at.tolist() == [0, window.grid.steps]
     assert np.array_equal(whole.place, window.grid.place)

@@ -12,7 +12,7 @@ from cdp_ident.likelihood.gauss_newton import GaussNewton
 from cdp_ident.likelihood.maxima import likelier_maximum
 from cdp_ident.likelihood.noise import Noise
 from cdp_ident.tracing.missing_torque import MissingTorque
-from reference.pendulum import TABLE_5, accelerations
+from reference.pendulum import TABLE_5, accelerations, motion
 from scenarios.swings import TIME, fitted, measured, recorded
 
 ACCELERATION = 0.3
@@ -75,12 +75,12 @@ def test_torques_in_a_joint_are_no_base_that_moves():
     knots = np.arange(0.0, TIME[-1] + 1.0, 0.1)
     at_knots = 2e-3 * rng.normal(size=len(knots))
 
-    def rates(time, state):
-        torque = float(np.interp(time, knots, at_knots))
-        return [*state[2:], *accelerations(TABLE_5, state, 0.0, (-torque, torque))]
+    def torque(time, state):
+        of_joint = float(np.interp(time, knots, at_knots))
+        return -of_joint, of_joint
 
-    states = solve_ivp(rates, (0.0, TIME[-1]), [2.0, 3.5, 0.0, 0.0], t_eval=TIME, rtol=1e-9, atol=1e-9, max_step=0.02)
-    found = with_torques(fitted(recorded([measured(states.y.T[:, :2], rng)])))
+    theta = motion(TABLE_5, (2.0, 3.5, 0.0, 0.0), TIME, torque=torque, tolerance=1e-9)[:, :2]
+    found = with_torques(fitted(recorded([measured(theta, rng)])))
     assert found.is_missing[1]
     assert not likelier_maximum(found).noise.of_base
 

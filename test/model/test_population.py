@@ -7,10 +7,10 @@ import sympy
 from cdp_ident.errors import OptionError
 from cdp_ident.machine import parallel
 from cdp_ident.model.motions import simulate
-from cdp_ident.model.parameters import PARAMETERS, coefficients_of, groups_of, physical_coefficients
+from cdp_ident.model.parameters import PARAMETERS, coefficients_of, groups_of
 from cdp_ident.model.population import Population, Segment, inputs_at_half_steps
 from cdp_ident.model.time_grid import TimeGrid
-from reference.pendulum import TABLE_3, TABLE_5, TIME, cart_acceleration
+from reference.pendulum import TABLE_3, TIME, cart_acceleration
 from scenarios.twin import twin
 
 CART = 0.05 * sympy.sin(5 * TIME)
@@ -49,12 +49,6 @@ def test_errors_are_those_of_each_simulated_alone(segments):
     expected = [[alone(pendulum, each) for each in segments] for pendulum in pendulums]
     # Alone, steps that are too long for a wild pendulum are divided; in lanes side by side they cannot be.
     np.testing.assert_allclose(Population(segments).squared_errors(pendulums), expected, rtol=1e-6)
-
-
-def test_the_error_of_the_truth_is_the_noise(segments):
-    errors = Population(segments).squared_errors(physical_coefficients(TABLE_5)[None])[0]
-    samples = np.array([len(each.time) for each in segments])
-    np.testing.assert_allclose(np.sqrt(errors / (2 * samples)), 2e-3, rtol=0.2)
 
 
 def test_the_step_is_the_callers():

@@ -12,7 +12,7 @@ import pytest
 
 from cdp_ident.machine import compilation
 from cdp_ident.machine.compilation import compiled, is_to_be_kept
-from cdp_ident.pipeline.compile_ahead import compile_ahead
+from cdp_ident.pipeline.compile_ahead import _compile, compile_ahead
 
 BAG = Path(__file__).parents[2] / "bags/swing_wide"
 
@@ -52,15 +52,16 @@ def test_what_is_kept_is_not_compiled_again(monkeypatch):
     assert threading.active_count() == before
 
 
-def test_a_second_program_loads_everything_that_a_first_one_compiled():
-    def files_after_a_program():
-        subprocess.run([sys.executable, "-m", "cdp_ident.pipeline.compile_ahead"], check=True)
+def test_a_program_loads_everything_that_another_one_compiled():
+    def files():
         assert compilation._CACHE_FOLDER is not None
         return {path.name: path.stat().st_mtime_ns for path in Path(compilation._CACHE_FOLDER).glob("*.nbc")}
 
-    kept = files_after_a_program()
+    _compile(backwards=False)
+    kept = files()
     assert len(kept) > 10
-    assert files_after_a_program() == kept
+    subprocess.run([sys.executable, "-m", "cdp_ident.pipeline.compile_ahead"], check=True)
+    assert files() == kept
 
 
 @pytest.mark.campaign

@@ -12,15 +12,12 @@ import pytest
 from cdp_ident.fit.initial_states import fit_initial_states
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.prior import Prior
-from cdp_ident.model.motions import simulate
 from cdp_ident.model.parameters import groups_of
 from cdp_ident.pipeline import identify as module
 from cdp_ident.pipeline.identify import identify, identify_and_trace
-from cdp_ident.trial.trial import Trial
 from reference.pendulum import TABLE_3
-from scenarios.paper_rig import COEFFICIENTS
 from scenarios.paper_rig import GROUPS as TRUTH
-from scenarios.twin import TEN_SECONDS, as_measured, twin
+from scenarios.twin import twin
 
 STARTS = {"first": TABLE_3, "second": (2.2, 2.0, 0.0, 0.0), "third": (2.4, 4.5, 0.0, 0.0)}
 NOISE = 2e-3
@@ -30,14 +27,7 @@ OPTIONS = IdentifyOptions()
 @cache
 def trials():
     rng = np.random.default_rng(0)
-    return tuple(
-        Trial(
-            name,
-            TEN_SECONDS,
-            as_measured(simulate(COEFFICIENTS, np.array(start), TEN_SECONDS, step=0.001)[:, :2], rng, NOISE),
-        )
-        for name, start in STARTS.items()
-    )
+    return tuple(twin(rng, start=start, noise=NOISE, name=name) for name, start in STARTS.items())
 
 
 @cache
@@ -139,26 +129,18 @@ def by_chance(rng, size=6e-3):
 
 @pytest.fixture(scope="module")
 def driven_by_chance():
-    starts = ((2.2, 2.6, 0.0, 0.0), (2.4, 3.6, 0.0, 0.0), (1.9, 3.0, 0.0, 0.0))
-    return [
-        twin(
-            np.random.default_rng(k),
-            start=start,
-            times=TEN_SECONDS,
-            noise=5e-4,
-            torque=by_chance(np.random.default_rng(k)),
-            tolerance=1e-8,
-            name=f"swing{k}",
-        )
-        for k, start in enumerate(starts)
-    ]
+    def swing(k, *angles):
+        rng, torque = np.random.default_rng(k), by_chance(np.random.default_rng(k))
+        return twin(rng, start=(*angles, 0.0, 0.0), noise=5e-4, torque=torque, tolerance=1e-8, name=f"swing{k}")
+
+    return [swing(0, 2.2, 2.6)], [swing(2, 1.9, 3.0)]
 
 
 @pytest.mark.long
 def test_a_motion_with_chance_in_it_is_judged_over_half_a_swing_and_its_values_are_right(driven_by_chance):
     said = []
     options = IdentifyOptions(named_effects_only=True)
-    found, traced = identify_and_trace(driven_by_chance[:1], driven_by_chance[2:], options, say=said.append)
+    found, traced = identify_and_trace(*driven_by_chance, options, say=said.append)
     assert any("are too long for this motion" in line for line in said)
     assert traced.longer.duration > 1.5 * found.data.scales.half_swing >= 1.2 * found.data.window
     assert traced.errors["effects"].holdout.rmse < 0.6 * traced.longer.error
@@ -169,7 +151,7 @@ def test_a_motion_with_chance_in_it_is_judged_over_half_a_swing_and_its_values_a
 @pytest.mark.campaign
 def test_windows_whose_length_is_given_keep_it(driven_by_chance):
     options = IdentifyOptions(window=2.0, named_effects_only=True)
-    found, traced = identify_and_trace(driven_by_chance[:2], driven_by_chance[2:], options)
+    found, traced = identify_and_trace(*driven_by_chance, options)
     assert traced.longer is None
     assert found.data.window == pytest.approx(2.0, rel=0.1)
 

@@ -16,7 +16,7 @@ from cdp_ident.tracing.certainty import probabilities
 from cdp_ident.tracing.model_search import InterruptedSearchError, ModelSearch
 from cdp_ident.tracing.neighbours import Neighbour
 from cdp_ident.tracing.over_windows import OverWindows
-from scenarios.swings import BEGIN, NOISE, fitted, known, measured, motion, recorded
+from scenarios.swings import BEGIN, NOISE, TIME, fitted, known, measured, motion, recorded
 
 DRY, SCALE = "coulomb_friction.outer", "encoder_scale.inner"
 
@@ -28,6 +28,11 @@ def begun(trials, stop=lambda: False, trying=lambda line: None, say=lambda line:
 
 def rubbing(seed=0, size=4e-4):
     return measured(motion(dry=size), np.random.default_rng(seed))
+
+
+def of_two(rng, moved):
+    """Return two trials of 5 s, of motions that come of starts."""
+    return [measured(moved(start, k)[:1000], rng, time=TIME[:1000]) for k, start in enumerate(((1.5, 1.2), (1.4, 1.9)))]
 
 
 def with_effects(search, **of):
@@ -142,9 +147,7 @@ def test_what_cannot_be_fitted_is_told_and_left_out(monkeypatch):
 
 
 def test_zeros_that_differ_from_trial_to_trial_are_found():
-    rng = np.random.default_rng(3)
-    trials = [measured(motion(start) + off, rng) for start, off in (((1.5, 1.2), 4e-3), ((1.4, 1.9), -4e-3))]
-    search = begun(trials)
+    search = begun(of_two(np.random.default_rng(3), lambda start, k: motion(start) + (4e-3, -4e-3)[k]))
     search.run()
     assert (search.best.model.zeros, search.best.model.zero_joints) == ((0, 1), ("inner",))
     assert "added inner zeros of each trial" in [step.action for step in search.steps]
@@ -154,9 +157,7 @@ def test_zeros_that_differ_from_trial_to_trial_are_found():
 
 
 def test_friction_that_differs_between_trials_is_what_one_has_more():
-    rng = np.random.default_rng(6)
-    trials = [measured(motion(start, dry=dry), rng) for start, dry in (((1.5, 1.2), 4e-4), ((1.4, 1.9), 8e-4))]
-    search = begun(trials)
+    search = begun(of_two(np.random.default_rng(6), lambda start, k: motion(start, dry=(4e-4, 8e-4)[k])))
     search.run()
     assert [(a.effect.key, a.trial) for a in search.best.model.effects] == [(DRY, None), (DRY, 1)]
     one, more = search.best.values[-2:]

@@ -30,6 +30,12 @@ DRY = "coulomb_friction.outer"
 
 
 @pytest.fixture(scope="module")
+def scored(rubbing):
+    """What each effect that has a name would do."""
+    return scores_of(rubbing, named_only=True)
+
+
+@pytest.fixture(scope="module")
 def with_friction(rubbing):
     return with_effect(rubbing, DRY, 5e-3)
 
@@ -46,8 +52,9 @@ def with_curve(rubbing):
     return replace(rubbing, model=model, values=values, linear=tuple(linear), is_missing=np.array([True, True]))
 
 
-def test_the_hidden_effect_s_score_is_first_and_so_is_its_model_and_scores_come_once_for_each_the_best_first(rubbing):
-    scored = scores_of(rubbing, named_only=True)
+def test_the_hidden_effect_s_score_is_first_and_so_is_its_model_and_scores_come_once_for_each_the_best_first(
+    rubbing, scored
+):
     neighbours = list(additions(rubbing, scored))
     assert scored[0].active.effect.key == DRY
     assert neighbours[0].what == (DRY,)
@@ -67,9 +74,10 @@ def test_nothing_is_proposed_where_nothing_is_hidden(clean):
     assert scored
 
 
-def test_a_curve_has_a_score_only_where_it_may_be_named_a_curve_and_in_a_joint_where_a_torque_is_missing(rubbing):
-    named = scores_of(rubbing, named_only=True)
-    assert not any(score.active.effect.curve for score in named)
+def test_a_curve_has_a_score_only_where_it_may_be_named_a_curve_and_in_a_joint_where_a_torque_is_missing(
+    rubbing, scored
+):
+    assert not any(score.active.effect.curve for score in scored)
     assert rubbing.is_missing.tolist() == [False, True]
     any_torque = scores_of(rubbing, named_only=False)
     neighbours = list(additions(rubbing, any_torque))
@@ -78,11 +86,6 @@ def test_a_curve_has_a_score_only_where_it_may_be_named_a_curve_and_in_a_joint_w
     # Of several torques without a name one is proposed.
     assert len(curves) > 1
     assert sum(neighbour.model.effects[-1].effect.curve is not None for neighbour in neighbours) <= 1
-
-
-def test_an_effect_that_is_there_is_not_proposed_again_nor_another_form_of_it(with_friction):
-    scored = scores_of(with_friction, named_only=True)
-    assert DRY not in [score.active.effect.key for score in scored]
 
 
 def test_a_curve_over_an_angle_excludes_what_depends_on_its_joint_s_angle_alone(with_curve):
@@ -128,9 +131,9 @@ def test_an_encoder_that_is_early_is_behind_no_filter_but_the_other_one_may_be(r
         assert [key for key in keys if "filter" in key] == [f"encoder_filter.{behind}.first order"]
 
 
-def test_an_extended_model_that_has_a_score_is_proposed_in_the_place_of_what_it_contains(rubbing):
-    scored = scores_of(with_effect(rubbing, DRY, 5e-3), named_only=True)
-    found = {score.active.effect.key for score in scored}
+def test_what_is_there_is_not_proposed_again_but_an_extended_model_that_has_a_score_in_its_place(with_friction):
+    found = {score.active.effect.key for score in scores_of(with_friction, named_only=True)}
+    assert DRY not in found
     assert any(known(key).contains == "coulomb_friction" for key in found)
 
 
@@ -213,20 +216,23 @@ def test_what_one_trial_has_more_than_the_others_is_proposed_of_effects_that_are
     assert not [each for each in extended_models(again) if each.model.effects[-1].trial == 1]
 
 
-def test_in_the_place_of_an_effect_others_begin_from_the_model_without_it_but_what_does_as_much_beside_it(rubbing):
+def test_in_the_place_of_an_effect_others_begin_from_the_model_without_it_but_what_does_as_much_beside_it(
+    rubbing, scored
+):
     found = with_effect(rubbing, "joint_spring.outer", *np.zeros(len(known("joint_spring.outer").parameters)))
-    alternatives = list(replacements(found, 0, rubbing, scores_of(rubbing, named_only=True), beside=[]))
+    alternatives = list(replacements(found, 0, rubbing, scored, beside=[]))
     assert alternatives[0].what == (DRY,)
     for alternative in alternatives:
         assert "joint_spring.outer" not in alternative.model.labels
         np.testing.assert_array_equal(alternative.values[:5], rubbing.values)
-    beside = scores_of(rubbing, named_only=True)
-    assert DRY in [score.active.effect.key for score in beside]
-    assert not list(replacements(found, 0, rubbing, scores_of(rubbing, named_only=True), beside))
+    assert DRY in [score.active.effect.key for score in scored]
+    assert not list(replacements(found, 0, rubbing, scored, beside=scored))
 
 
-def test_what_takes_an_effect_s_place_may_do_so_in_its_extended_forms_where_a_torque_is_missing(rubbing, with_friction):
-    dry = next(additions(rubbing, scores_of(rubbing, named_only=True)))
+def test_what_takes_an_effect_s_place_may_do_so_in_its_extended_forms_where_a_torque_is_missing(
+    rubbing, scored, with_friction
+):
+    dry = next(additions(rubbing, scored))
     assert dry.what == (DRY,)
     forms = list(extended_replacements(rubbing, dry, rubbing))
     kinds = ("stribeck_friction", "drifting_friction", "presliding_friction")

@@ -24,7 +24,7 @@ pytestmark = pytest.mark.long
 
 TORQUE = 0.004
 KEY = "coulomb_friction.outer"
-TIMES = np.arange(600) / 100.0
+TIMES = np.arange(500) / 100.0
 STARTS = ((math.pi + 1.5, math.pi + 0.8, 0.0, 0.0), (math.pi - 1.1, math.pi + 1.4, 0.0, 0.0), (4.4, 4.0, 0.0, 0.0))
 
 

@@ -43,26 +43,6 @@ def torque_of(effect, state, values, time=0.0, outer_length=OUTER_LENGTH):
     return np.array([[1.0, coupling], [coupling, COEFFICIENTS[1]]]) @ added[0]
 
 
-def test_the_names_are_those_that_reports_promise():
-    assert {(effect.name, effect.joint) for effect in CATALOGUE} == {
-        *((name, joint) for name in (
-            "coulomb_friction", "stribeck_friction", "presliding_friction", "quadratic_friction", "load_friction",
-            "air_drag", "joint_spring", "cogging_torque", "impulse", "encoder_offset", "encoder_scale",
-            "encoder_eccentricity", "encoder_slip", "backlash", "constant_torque", "varying_viscosity",
-            "drifting_friction", "encoder_harmonic", "encoder_compliance", "encoder_filter", "magnet", "end_stop",
-            "drifting_viscosity", "encoder_interpolation",
-        ) for joint in JOINTS),
-        *(("unknown_torque", joint) for joint in JOINTS),
-        ("gravity_tilt", "base"),
-        ("side_force", "base"),
-        ("pivot_compliance", "base"),
-        ("geared_rotor", "outer"),
-        ("time_offset", "outer"),
-        ("rod_flex", "inner"),
-        ("oblique_view", "base"),
-    }  # fmt: skip
-
-
 def test_every_effect_says_what_it_is_has_a_key_of_its_own_and_begins_within_its_limits():
     assert len(EFFECTS) == len(CATALOGUE)
     for effect in CATALOGUE:
@@ -78,7 +58,7 @@ def test_every_effect_says_what_it_is_has_a_key_of_its_own_and_begins_within_its
 def test_a_compliant_base_is_accelerated_by_the_fourth_derivative_of_what_the_rods_carry():
     A23, _, a1, _, _, L, _ = COEFFICIENTS
     effect, compliance, near = EFFECTS["pivot_compliance.base"], 1e-5, 0.05
-    for state in STATES[:5]:
+    for state in STATES[:2]:
         moved, _ = torque_of(effect, state, [compliance])
         nodes = near * np.polynomial.chebyshev.chebpts1(41)
         ways = [
@@ -157,7 +137,7 @@ def test_a_torque_is_that_of_an_independent_description(key, values, other):
 
 @pytest.mark.parametrize("joint", JOINTS)
 def test_an_impulse_gives_its_rod_its_impulse(joint):
-    times = np.linspace(0.9, 1.1, 2001)
+    times = np.linspace(0.9, 1.1, 401)
     torques = [torque_of(EFFECTS[f"impulse.{joint}"], STATES[0], [0.7, 1.0], time) for time in times]
     given_to = np.trapezoid(torques, times, axis=0)
     assert given_to == pytest.approx([0.7, 0.0] if joint == "inner" else [0.0, 0.7], rel=1e-6)

@@ -71,14 +71,14 @@ def test_each_line_says_what_it_is():
 
 
 def test_what_a_law_does_not_do_is_not_computed():
-    written = {
-        key: set(map(int, re.findall(r"rows\[(\d+)\]", module_text([EFFECTS[key]], "", paper=False))))
-        for key in ("coulomb_friction.inner", "pivot_compliance.base", "quadratic_friction.inner")
-    }
+    def written(effect):
+        return set(map(int, re.findall(r"rows\[(\d+)\]", module_text([effect], "", paper=False))))
+
     width = PARAMETERS + 1
-    assert written["coulomb_friction.inner"] == {PARAMETERS, 2 * width}
-    assert written["quadratic_friction.inner"] == {PARAMETERS}
-    assert written["pivot_compliance.base"] == {CART * width + PARAMETERS}
+    assert written(EFFECTS["coulomb_friction.inner"]) == {PARAMETERS, 2 * width}
+    assert written(EFFECTS["quadratic_friction.inner"]) == {PARAMETERS}
+    base = replace(MINE, joint="base", law=Law(cart="-size*pull"), parameters=MINE.parameters[:1])
+    assert written(base) == {CART * width + PARAMETERS}
 
 
 def test_of_no_strength_there_are_derivatives_by_strengths_alone():

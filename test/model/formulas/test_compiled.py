@@ -110,7 +110,6 @@ def test_a_user_s_law_has_the_derivatives_of_differences(effect):
             r"own_law\.outer: torque on theta1: sped is not known.*at character 9: -\(-size\*>>>sped",
         ),
         (Law(torque="-size*bend", states=(State("bend", "sped"),)), r"rate 1: sped is not known"),
-        (Law(reading="size*hidden", where=(("hidden", "open(1)"),)), r"the function open is not known"),
     ],
 )
 def test_a_law_that_is_none_is_refused_when_it_is_compiled(law, message):

@@ -1,28 +1,15 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""The paper's equations of motion, as they are printed and as they are mended."""
+"""The paper's equations of motion, as they are printed and as they are mended; test_rates.py tries the mended ones."""
 
 import numpy as np
 import pytest
 from hypothesis import given
-from hypothesis import strategies as st
 
-from cdp_ident.model.formulas.language import ACCELERATIONS, COEFFICIENTS, DERIVED, PAPER, STATE
-from cdp_ident.model.formulas.syntax import evaluated
-from cdp_ident.model.parameters import SYMBOLS, physical_coefficients
+from cdp_ident.model.parameters import SYMBOLS
 from reference import pendulum
 from reference.pendulum import TABLE_2
 from reference.strategies import pendulums, starts
-
-
-@given(values=pendulums(), state=starts(speed=30.0), u=st.floats(-20, 20))
-def test_the_accelerations_of_the_lagrangian_leave_nothing_of_the_formulas(values, state, u):
-    alphas = pendulum.accelerations(values, state, u)
-    named = dict(zip((*STATE, *ACCELERATIONS), (*state, *alphas, u), strict=True))
-    named |= dict(zip(COEFFICIENTS, physical_coefficients(values), strict=True))
-    named["m2_l2"] = evaluated(DERIVED["m2_l2"], named)
-    left = [evaluated(formula, named) for formula in PAPER]
-    assert left == pytest.approx([0.0, 0.0], abs=1e-9 * np.abs([*alphas, 1.0]).max())
 
 
 def accelerations_by_equation_1(values, state, c32_speed):
@@ -37,14 +24,12 @@ def accelerations_by_equation_1(values, state, c32_speed):
 
 
 @given(values=pendulums(), state=starts())
-def test_equation_1_is_that_of_the_lagrangian_with_its_c32_mended(values, state):
+def test_equation_1_is_that_of_the_lagrangian_once_its_c32_is_mended(values, state):
     expected = pendulum.accelerations(values, state, 0.0)
     assert accelerations_by_equation_1(values, state, state[2]) == pytest.approx(expected, rel=1e-9, abs=1e-6)
 
 
-@pytest.mark.parametrize(("c32_speed", "kept"), [(2, True), (3, False)], ids=["mended", "printed"])
-def test_energy_is_kept_by_equation_1_only_with_its_c32_mended(c32_speed, kept):
-    values, state = TABLE_2 | {"c1": 0.0, "c2": 0.0}, np.array([2.0, 0.5, 3.0, -4.0])
-    rates = np.concatenate([state[2:], accelerations_by_equation_1(values, state, state[c32_speed])])
-    power = np.ptp(pendulum.energy(values, np.array([state - 1e-6 * rates, state + 1e-6 * rates]))) / 2e-6
-    assert power < 1e-6 if kept else power > 0.1
+def test_as_it_is_printed_it_is_another_one():
+    state = np.array([2.0, 0.5, 3.0, -4.0])
+    expected = pendulum.accelerations(TABLE_2, state, 0.0)
+    assert accelerations_by_equation_1(TABLE_2, state, state[3]) != pytest.approx(expected, rel=0.1)
