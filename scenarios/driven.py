@@ -36,17 +36,17 @@ def driven_by_motors(seed: int, lag: float = 0.0) -> Trial:
     )
 
 
-def driven_by_cart(seed: int) -> Trial:
-    """Return a trial whose cart is driven, and measured."""
+def driven_by_cart(seed: int, times: Array = TIMES) -> Trial:
+    """Return a trial whose cart is driven, and measured at times (n,) [s]."""
     rng = np.random.default_rng(seed)
     cart = 0.06 * sympy.sin(2.3 * TIME + seed) + 0.03 * sympy.sin(5.1 * TIME)
 
     def acting(_time: float, state: Array) -> tuple[float, float]:
         return -_friction(state), _friction(state)
 
-    theta = motion(TABLE_5, START, TIMES, cart, acting, tolerance=1e-10)[:, :2]
-    position = cart_position(cart, TIMES) + CART_NOISE * rng.normal(size=len(TIMES))
-    return Trial(f"cart {seed}", TIMES, _measured(theta, rng), cart=position)
+    theta = motion(TABLE_5, START, times, cart, acting, tolerance=1e-10)[:, :2]
+    position = cart_position(cart, times) + CART_NOISE * rng.normal(size=len(times))
+    return Trial(f"cart {seed}", times, _measured(theta, rng), cart=position)
 
 
 def _friction(state: Array) -> float:

@@ -21,20 +21,16 @@ from scenarios.swings import fitted, known, measured, motion
 NOISE = np.full(2, 3e-4)
 
 
-def identified(friction):
+@pytest.fixture(scope="module")
+def found():
     rng = np.random.default_rng(0)
-    trials = [measured(motion(dry=friction), rng) for _ in range(2)]
+    trials = [measured(motion(dry=4e-4), rng) for _ in range(2)]
     scales = scales_of(trials, 0.4, 9.81)
     parted = [PartedTrial(trial, frozenset([0] * index), trial) for index, trial in enumerate(trials)]
     data = prepare(parted, 1.0, scales, NOISE)
     whole = fitted(fitted_recorded(data, NEAR, np.inf))
     options = IdentifyOptions(named_effects_only=True)
     return SimpleNamespace(whole=whole, data=data, options=options, enough=np.inf)
-
-
-@pytest.fixture(scope="module")
-def found():
-    return identified(4e-4)
 
 
 def expectation(key, *values):
@@ -51,12 +47,6 @@ def test_what_is_there_is_confirmed_and_fitted_again_and_what_is_not_is_withdraw
     assert selection.after.values[-1] == pytest.approx(4e-4 / A22, rel=0.1)
     assert "confirmed encoder_scale.inner and coulomb_friction.outer" in told[0]
     assert selection.steps[1].action == "dropped encoder_scale.inner"
-
-
-def test_where_nothing_is_hidden_nothing_that_was_expected_is_kept():
-    told = []
-    assert select_effects(identified(0.0), told.append, expected=[SCALE, DRY]).after.model.labels == ()
-    assert not told
 
 
 def test_a_selection_that_is_stopped_says_so_and_keeps_the_paper_s_model(found):
