@@ -83,10 +83,10 @@ def _torque(effect: Effect, values: Array, angles: Array) -> Array:
     inputs, outer = np.zeros(len(INPUTS)), effect.joint == "outer"
     parameters = np.array(ActiveEffect(effect).all_values(values))
     sums, rows = np.zeros(PARAMETERS * len(SUMS)), np.zeros(MOTION_ROWS * (PARAMETERS + len(parameters)))
-    found = np.empty(len(angles))
+    found, addresses = np.empty(len(angles)), [array.ctypes.data for array in (inputs, parameters, sums, rows)]
     for k, angle in enumerate(angles):
         inputs[0], inputs[1] = (0.0, angle) if outer else (np.pi + angle, 0.0)
         sums[:] = 0.0
-        law(*(array.ctypes.data for array in (inputs, parameters, sums, rows)))
+        law(*addresses)
         found[k] = sums[PARAMETERS if outer else 0]
     return found

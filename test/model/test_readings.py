@@ -14,7 +14,7 @@ from cdp_ident.model.acting import NO_EFFECTS
 from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.model.motions import InitialValueProblem, motions, readings_of, simulate
 from cdp_ident.model.time_grid import TimeGrid
-from reference import encoders, hidden_effects
+from reference import described, encoders
 from reference.dry_friction import DryFriction
 from reference.encoders import Turned, joint_angles
 from reference.mechanics import Rig
@@ -50,23 +50,23 @@ def shown(*effects, **given):
     return motions([problem(effects, **given)]).readings
 
 
-def in_joints(described, size, *values):
-    return [(f"{described(joint).name}.{joint}", values, described(joint), size) for joint in JOINTS]
+def in_joints(effect, size, *values):
+    return [(f"{effect(joint).name}.{joint}", values, effect(joint), size) for joint in JOINTS]
 
 
 def eccentric(joint):
-    return hidden_effects.eccentricity(joint, np.random.default_rng(0))
+    return described.eccentricity(joint, np.random.default_rng(0))
 
 
 DESCRIBED = [
-    *in_joints(hidden_effects.offset, 0.02, 0.02),
-    *in_joints(hidden_effects.scale, 0.03, 0.03),
-    *in_joints(lambda joint: hidden_effects.slip(joint, 0, 0.7), 0.1, 0.1, 0.7),
+    *in_joints(described.offset, 0.02, 0.02),
+    *in_joints(described.scale, 0.03, 0.03),
+    *in_joints(lambda joint: described.slip(joint, 0.7), 0.1, 0.1, 0.7),
     # The inner one's wave is over the angle from upright.
     ("encoder_eccentricity.inner", (-0.03 * np.cos(PHASE), -0.03 * np.sin(PHASE)), eccentric("inner"), 0.03),
     ("encoder_eccentricity.outer", (0.03 * np.cos(PHASE), 0.03 * np.sin(PHASE)), eccentric("outer"), 0.03),
-    ("time_offset.outer", (0.0123,), hidden_effects.late(), 0.0123),
-    ("rod_flex.inner", (SAG, SWING), hidden_effects.flex(), COMPLIANCE),
+    ("time_offset.outer", (0.0123,), described.late(), 0.0123),
+    ("rod_flex.inner", (SAG, SWING), described.flex(), COMPLIANCE),
 ]
 
 
@@ -136,7 +136,7 @@ def test_an_encoder_with_play_follows_a_given_motion_as_described_independently(
         readings_of(COEFFICIENTS, given, np.zeros((2, of.states - 4)), 5e-4, of)
         for of in (acting((f"backlash.{joint}", [gap])), NO_EFFECTS)
     )
-    expected = hidden_effects.backlash(joint).reading(time, lambda times: given[:, :4], V, 0.5 * gap)
+    expected = described.backlash(joint).reading(time, lambda times: given[:, :4], V, 0.5 * gap)
     np.testing.assert_allclose(found - exact, expected, atol=1e-5)
 
 
@@ -146,12 +146,12 @@ def test_a_rod_that_bends_does_so_as_described_independently_also_where_joints_s
     plant = Plant(Rig(V), DryFriction(torque), DryFriction(0.2 * torque)) if torque else Plant(Rig(V))
     moved = path(plant, START, time)
     turned = Turned(V, moved, joint_angles(moved))
-    described = turned.joints + encoders.rod_flex(COMPLIANCE)(turned) + [np.pi, 0.0]
+    expected = turned.joints + encoders.rod_flex(COMPLIANCE)(turned) + [np.pi, 0.0]
     sizes = zip(JOINTS, (torque / A22, 0.2 * torque / A22), strict=True)
     friction = [(f"coulomb_friction.{joint}", size) for joint, size in sizes if torque]
     found = shown(("rod_flex.inner", SAG, SWING), *friction, time=time)
-    assert np.abs(described - turned.joints - [np.pi, 0.0]).max() > 2e-3
-    assert np.abs(found - described).max() < 1e-6
+    assert np.abs(expected - turned.joints - [np.pi, 0.0]).max() > 2e-3
+    assert np.abs(found - expected).max() < 1e-6
     if torque:
         assert np.any(np.diff(moved.states[:, 0]) == 0.0)
 

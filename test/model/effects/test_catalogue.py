@@ -20,7 +20,7 @@ from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.curves import CURVES, basis
 from cdp_ident.model.effects.effect import Effect, EffectParameter, Law, State
 from cdp_ident.model.motions import accelerations_at
-from reference import hidden_effects, pendulum
+from reference import described, pendulum
 from reference.pendulum import TABLE_5
 from scenarios.effects import EFFECTS, acting, typical
 from scenarios.paper_rig import A22, COEFFICIENTS
@@ -104,21 +104,21 @@ def described_twice():
     rng = np.random.default_rng(4)
     periods, phase = int(rng.integers(3, 17)), rng.uniform(-math.pi, math.pi)
     over = SIZE / A22
-    yield "gravity_tilt.base", [SIZE], hidden_effects.tilt()
-    yield "air_drag.inner", [over], hidden_effects.drag("inner", np.random.default_rng(0))
-    yield "air_drag.outer.rotation", [over], hidden_effects.drag("outer", np.random.default_rng(2))
-    yield "air_drag.outer.strips", [over, 1.0], hidden_effects.drag("outer", np.random.default_rng(0))
+    yield "gravity_tilt.base", [SIZE], described.tilt()
+    yield "air_drag.inner", [over], described.drag("inner", np.random.default_rng(0))
+    yield "air_drag.outer.rotation", [over], described.drag("outer", np.random.default_rng(2))
+    yield "air_drag.outer.strips", [over, 1.0], described.drag("outer", np.random.default_rng(0))
     for joint, mass in (("inner", TABLE_5["m1"] + TABLE_5["m0"] + TABLE_5["m2"]), ("outer", TABLE_5["m2"])):
         cogging = [over * math.cos(phase), over * math.sin(phase), periods]
-        yield f"coulomb_friction.{joint}", [over], hidden_effects.dry(joint)
+        yield f"coulomb_friction.{joint}", [over], described.dry(joint)
         dry = [over, more * over, slow]
-        yield f"stribeck_friction.{joint}", dry, hidden_effects.stribeck(joint, np.random.default_rng(2))
-        yield f"quadratic_friction.{joint}", [over], hidden_effects.quadratic(joint)
-        yield f"load_friction.{joint}", [SIZE, mass / A22], hidden_effects.load_friction(joint)
+        yield f"stribeck_friction.{joint}", dry, described.stribeck(joint, np.random.default_rng(2))
+        yield f"quadratic_friction.{joint}", [over], described.quadratic(joint)
+        yield f"load_friction.{joint}", [SIZE, mass / A22], described.load_friction(joint)
         spring = [over, over * at_ease]
-        yield f"joint_spring.{joint}", spring, hidden_effects.spring(joint, np.random.default_rng(3))
+        yield f"joint_spring.{joint}", spring, described.spring(joint, np.random.default_rng(3))
         key = f"cogging_torque.{joint}.{periods} per turn"
-        yield key, cogging, hidden_effects.cogging(joint, np.random.default_rng(4))
+        yield key, cogging, described.cogging(joint, np.random.default_rng(4))
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ from cdp_ident.rig.emulator.configuration import parse_effects
 from cdp_ident.rig.emulator.device import Device, Encoders, Readings
 from cdp_ident.rig.emulator.motion import Hold, LetGo, Motion, Wait
 from cdp_ident.rig.protocol import BinaryCodec, CartCommand, Hello, Sample
-from reference import hidden_effects as hidden
+from reference import described
 
 
 def device(rate=200.0, **options):
@@ -132,30 +132,30 @@ SWING = SAG * NOMINAL["m2"] * NOMINAL["l2"] / (HEAVY * NOMINAL["L"])
 PHASE = np.random.default_rng(0).uniform(-math.pi, math.pi)
 """Of an eccentric disc, as the independent description draws it [rad]."""
 DESCRIBED = {
-    "an offset": ({"encoder_offset": {"outer": {"offset": 0.1}}}, [(hidden.offset("outer"), 0.1)]),
-    "a scale": ({"encoder_scale": {"inner": {"scale": 0.02}}}, [(hidden.scale("inner"), 0.02)]),
+    "an offset": ({"encoder_offset": {"outer": {"offset": 0.1}}}, [(described.offset("outer"), 0.1)]),
+    "a scale": ({"encoder_scale": {"inner": {"scale": 0.02}}}, [(described.scale("inner"), 0.02)]),
     "an eccentric disc": (
         {"encoder_eccentricity": {"outer": {"sine": 0.03 * math.cos(PHASE), "cosine": 0.03 * math.sin(PHASE)}}},
-        [(hidden.eccentricity("outer", np.random.default_rng(0)), 0.03)],
+        [(described.eccentricity("outer", np.random.default_rng(0)), 0.03)],
     ),
-    "a slip": ({"encoder_slip": {"outer": {"slip": 0.2, "time": 5.0}}}, [(hidden.slip("outer", 0, 5.0), 0.2)]),
-    "a delay": ({"time_offset": {"outer": {"delay": 0.0125}}}, [(hidden.late(), 0.0125)]),
+    "a slip": ({"encoder_slip": {"outer": {"slip": 0.2, "time": 5.0}}}, [(described.slip("outer", 5.0), 0.2)]),
+    "a delay": ({"time_offset": {"outer": {"delay": 0.0125}}}, [(described.late(), 0.0125)]),
     "play, and an offset": (
         {"backlash": {"inner": {"gap": 0.1}}, "encoder_offset": {"inner": {"offset": 0.3}}},
-        [(hidden.backlash("inner"), 0.05), (hidden.offset("inner"), 0.3)],
+        [(described.backlash("inner"), 0.05), (described.offset("inner"), 0.3)],
     ),
-    "a rod that bends": ({"rod_flex": {"inner": {"sag": SAG, "swing": SWING}}}, [(hidden.flex(), COMPLIANCE)]),
+    "a rod that bends": ({"rod_flex": {"inner": {"sag": SAG, "swing": SWING}}}, [(described.flex(), COMPLIANCE)]),
 }
 
 
 @pytest.mark.parametrize("piece", [2000, 7, 1])
-@pytest.mark.parametrize(("content", "described"), DESCRIBED.values(), ids=DESCRIBED)
-def test_encoders_show_what_an_independent_description_says_however_it_is_asked_for(plain, content, described, piece):
+@pytest.mark.parametrize(("content", "effects"), DESCRIBED.values(), ids=DESCRIBED)
+def test_encoders_show_what_an_independent_description_says_however_it_is_asked_for(plain, content, effects, piece):
     time = PERIOD * np.arange(2001)
     from_rest = np.concatenate([[[1.5, 1.5, 0.0, 0.0]], plain[:, :4]])  # where the hand let it go
     rods = CubicHermiteSpline(time, from_rest[:, :2], from_rest[:, 2:])
     added = sum(
-        of.reading(time, lambda at: np.hstack([rods(at), rods(at, 1)]), NOMINAL, size)[1:] for of, size in described
+        of.reading(time, lambda at: np.hstack([rods(at), rods(at, 1)]), NOMINAL, size)[1:] for of, size in effects
     )
     joints = np.diff(plain[:, :2], axis=1, prepend=0.0)
     assert np.abs(added).max() > 0.01
