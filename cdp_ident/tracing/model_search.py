@@ -301,13 +301,18 @@ class ModelSearch:
         added = tuple[str, ...]()
         for _ in range(SEVERAL):
             scored = [s for s in self._scores_of(found) if not (named_only and s.active.effect.curve)]
-            neighbours = [*alike, *first(additions(found, scored)), *extended_models(found)]
-            fitted = self._fit_all(neighbours, found.misfit)
-            better, what = min(fitted, key=lambda pair: cost(pair[0], found), default=(found, ()))
-            if cost(better, found) >= 0.0:
+            better = self._better(found, [*alike, *first(additions(found, scored))])
+            better = better or self._better(found, [*extended_models(found)])
+            if better is None:
                 return
-            found, added, alike = better, (*added, *what), ()
+            found, added, alike = better[0], (*added, *better[1]), ()
             yield found, added
+
+    def _better(self, than: WholeSwings, neighbours: Sequence[Neighbour]) -> _Fitted | None:
+        """Return the most probable neighbour of a model, with what it has more; None where none is better."""
+        fitted = self._fit_all(neighbours, than.misfit)
+        best, what = min(fitted, key=lambda pair: cost(pair[0], than), default=(than, ()))
+        return (best, what) if cost(best, than) < 0.0 else None
 
     def _replace(self) -> bool:
         """Try other effects in the place of each one, their extended forms, and an extended model of another one."""
