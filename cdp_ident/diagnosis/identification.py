@@ -17,6 +17,7 @@ from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.physical import PhysicalValues, nearest_physical_values
 from cdp_ident.likelihood.gauss_newton import GaussNewton
 from cdp_ident.likelihood.maxima import ENOUGH_STEPS
+from cdp_ident.likelihood.reduction import information_of
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.parameters import GROUPS, INVERSE_INERTIA, inertia_about_cart
 from cdp_ident.search.genetic_search import SearchResult
@@ -186,9 +187,9 @@ def repeatability(found: WholeSwings, trials: Collection[int], names: Sequence[s
     seen = np.all(np.isfinite(std) & (std > 0), axis=0) & model.of_rig & ~model.of_curves
     for index, active in enumerate(model.effects):
         seen[model.places(index)] &= active.trial is None
-    inverses = [np.linalg.pinv(spread[np.ix_(seen, seen)], hermitian=True) for spread in covariances]
+    inverses = [information_of(spread[np.ix_(seen, seen)]) for spread in covariances]
     estimates = np.array(values)[:, seen]
-    mean = np.linalg.pinv(sum(inverses), hermitian=True) @ np.einsum("tij,tj->i", inverses, estimates)
+    mean = information_of(np.sum(inverses, axis=0)) @ np.einsum("tij,tj->i", inverses, estimates)
     scatter = np.einsum("ti,tij,tj->", estimates - mean, inverses, estimates - mean)
     # The common A22 was chosen so that they agree.
     freedom = (len(indices) - 1) * int(seen.sum()) - int(found.model.inertia_free)

@@ -175,6 +175,13 @@ def inverse_of(rows: Array) -> tuple[Array, Array, Array]:
     return inverse @ left[:, :rank].T, inverse @ inverse.T, np.any(np.abs(right[rank:]) > _TAKES_PART, axis=0)
 
 
+def information_of(covariance: Array) -> Array:
+    """Return the pseudo-inverse (k, k) of a covariance, in whatever units its numbers are."""
+    deviations = np.sqrt(np.diag(covariance))
+    units = np.where(deviations > 0.0, deviations, 1.0)
+    return np.asarray(np.linalg.pinv(covariance / np.outer(units, units), hermitian=True) / np.outer(units, units))
+
+
 def most_likely_change(model: MotionModel, values: Array, triangle: Array) -> tuple[Array, Array, Array]:
     """Return the change of the values (unknowns,) within their limits, their covariance, and what is undetermined."""
     of_values, target = triangle[:, :-1], triangle[:, -1]

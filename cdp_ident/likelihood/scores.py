@@ -17,7 +17,7 @@ from cdp_ident.arrays import Array, Indices, Mask
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.bounded import UNDETERMINED, minimum_within_limits
 from cdp_ident.likelihood.prior import known_of, typical
-from cdp_ident.likelihood.reduction import Part, memory_for_rows, most_likely_change, reduced
+from cdp_ident.likelihood.reduction import Part, inverse_of, memory_for_rows, most_likely_change, reduced
 from cdp_ident.likelihood.sweeps import backwards, forwards
 from cdp_ident.likelihood.swing import Linearised, Swing
 from cdp_ident.likelihood.whole_swing import WholeSwings
@@ -137,7 +137,7 @@ def _scores(found: WholeSwings, candidates: Sequence[tuple[ActiveEffect, Array]]
     rows[:, [*range(own), len(values)]] = found.known.rows(found.values)
     left = reduced(model, rows, found.recorded.swings, linear, states, found.noise, own, np.array([*begins, 0]))
     of_own, across = left.of_values[:, :own], left.of_values[:, own:]
-    imitated = -np.linalg.pinv(of_own, rcond=1e-10) @ across
+    imitated = -inverse_of(of_own)[0] @ across
     for candidate, beginning in candidates:
         strong = np.flatnonzero(candidate.strengths)
         precision = known_of(candidate, unit)[0][np.ix_(strong, strong)]

@@ -13,6 +13,7 @@ from cdp_ident.arrays import Array
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.likelihood.prior import typical
+from cdp_ident.likelihood.reduction import information_of
 from cdp_ident.likelihood.scores import PLACES, SHAPES, Score, beginnings, begun, repeated, scores, shocks
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.effects.catalogue import known_effects
@@ -430,6 +431,6 @@ def strength(model: MotionModel, values: Array, covariance: Array, index: int) -
     strong = model.effects[index].strengths & known
     if not np.any(strong):
         return 0.0
-    information = np.linalg.pinv(of_effect[np.ix_(known, known)], hermitian=True)
+    information = information_of(of_effect[np.ix_(known, known)])
     strengths = np.where(strong, values[place], 0.0)[known]
     return float(strengths @ information @ strengths)

@@ -22,6 +22,7 @@ from cdp_ident.tracing.neighbours import (
     replacements,
     scores_of,
     simplifications,
+    strength,
 )
 from cdp_ident.tracing.odds import unlikelihood
 from scenarios.swings import TIME, fitted, known, measured, motion, recorded, with_effect
@@ -277,3 +278,10 @@ def test_what_happens_at_an_instant_is_fitted_again_without_another_effect(with_
     found = with_effect(with_friction, "encoder_slip.inner", 1e-3, 2.0, trial=0)
     again = {neighbour.what: neighbour.again for neighbour in simplifications(found, sure=np.inf)}
     assert again == {(DRY,): True, ("encoder_slip.inner",): False}
+
+
+def test_how_sure_a_strength_is_does_not_depend_on_the_units_of_what_is_beside_it(clean):
+    """A base's compliance over A22 is below a millionth, and its frequency a hundred."""
+    model = clean.model.with_effect(ActiveEffect(known("pivot_compliance.base.oscillating")))
+    values, std = [*clean.values, 2.7e-7, 103.0, 0.3], [*np.ones(len(clean.values)), 2.7e-10, 0.26, 1.9e-3]
+    assert strength(model, np.array(values), np.diag(np.square(std)), 0) == pytest.approx(1e6)
