@@ -379,6 +379,7 @@ class ModelSearch:
             states = _states(each.origin, each.model)
             searches.append(GaussNewton(each.model, each.values, self._recorded, states, noise, CLOSE_ENOUGH))
         if len(searches) > 1 and begun[0].shows_with_strength:
+            # What the first steps promise stands for a score.
             origin, odds = begun[0].origin.misfit, unlikelihood(begun[0].model.effects[-1], self._recorded)
             expected = [search.expected_misfit() for search in searches]
             if not min(expected) + odds < origin:

@@ -65,7 +65,7 @@ class Neighbour:
 
     @property
     def shows_with_strength(self) -> bool:
-        """Whether what its last effect does shows with a strength alone, and by its score where it begins with one."""
+        """Whether its last effect brings states that near no strength say nothing: where it begins it has a strength."""
         return self.model.effects[-1].effect.states > 0 and not self.is_scored
 
 

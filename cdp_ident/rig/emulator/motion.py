@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
-from scipy.interpolate import BPoly
 
 from cdp_ident.arrays import Array
 from cdp_ident.model.acting import NO_EFFECTS, ActingEffects
@@ -139,20 +138,28 @@ class DrivenCart:
         return min(max(asked, self._speed - change), self._speed + change)
 
 
+@dataclass(frozen=True)
 class _Path:
     """A smooth way of one or more coordinates to rest: the polynomial of fifth degree through both ends."""
 
-    def __init__(self, begin: float, duration: float, start: Array, speed: Array, goal: Array) -> None:
-        """Begin at a time [s], with a speed (coordinates,)."""
-        still = np.zeros_like(start)
-        self._span = begin, begin + duration
-        position = BPoly.from_derivatives(self._span, [[start, speed, still], [goal, still, still]])
-        self._curves = position, position.derivative(), position.derivative(2)
+    begin: float
+    """Time at which it begins [s]."""
+    duration: float
+    start: Array
+    speed: Array
+    """Speed at the beginning."""
+    goal: Array
 
     def at(self, times: Array) -> tuple[Array, Array, Array]:
         """Return position, speed and acceleration (n, coordinates) at times (n,); after the end it rests."""
-        position, speed, acceleration = (curve(np.clip(times, *self._span)) for curve in self._curves)
-        return position, speed, acceleration
+        T = self.duration
+        s = np.clip((times - self.begin) / T, 0.0, 1.0)[:, None]
+        way, lead = self.goal - self.start, self.speed * T
+        a, b, c = 10 * way - 6 * lead, -15 * way + 8 * lead, 6 * way - 3 * lead
+        position = self.start + s * (lead + s**2 * (a + s * (b + s * c)))
+        speed = (lead + s**2 * (3 * a + s * (4 * b + s * 5 * c))) / T
+        acceleration = s * (6 * a + s * (12 * b + s * 20 * c)) / T**2
+        return position, speed, np.where(s < 1.0, acceleration, 0.0)
 
 
 class Motion:
