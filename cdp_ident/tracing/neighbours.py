@@ -65,7 +65,7 @@ class Neighbour:
 
     @property
     def shows_with_strength(self) -> bool:
-        """Whether its last effect brings states that near no strength say nothing: where it begins it has a strength."""
+        """Whether its last effect brings states that say nothing near no strength: it begins with one."""
         return self.model.effects[-1].effect.states > 0 and not self.is_scored
 
 
