@@ -379,12 +379,10 @@ class ModelSearch:
             states = _states(each.origin, each.model)
             searches.append(GaussNewton(each.model, each.values, self._recorded, states, noise, CLOSE_ENOUGH))
         if len(searches) > 1 and begun[0].shows_with_strength:
-            # What the first steps promise stands for a score.
-            origin, odds = begun[0].origin.misfit, unlikelihood(begun[0].model.effects[-1], self._recorded)
-            expected = [search.expected_misfit() for search in searches]
-            if not min(expected) + odds < origin:
+            # What the first steps promise stands for a score. From which of them it comes out is not said by that.
+            odds = unlikelihood(begun[0].model.effects[-1], self._recorded)
+            if not min(search.expected_misfit() for search in searches) + odds < begun[0].origin.misfit:
                 return _Fit(None, [])
-            searches = [one for one, misfit in zip(searches, expected, strict=True) if misfit < origin + _HOPELESS]
         found, failures = best_of(searches, to_beat + _HOPELESS)
         return _Fit(found, [f"{' and '.join(begun[0].what)}: {failure}" for failure in failures])
 
