@@ -14,12 +14,12 @@ from cdp_ident.model.acting import NO_EFFECTS
 from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.model.motions import InitialValueProblem, motions, readings_of, simulate
 from cdp_ident.model.time_grid import TimeGrid
-from reference import described, encoders
+from reference import encoders
 from reference.dry_friction import DryFriction
 from reference.encoders import Turned, joint_angles
 from reference.mechanics import Rig
-from reference.pendulum import TABLE_5
-from reference.plant import Plant
+from reference.pendulum import TABLE_5, accelerations
+from reference.plant import Path, Plant
 from reference.sticking import path
 from scenarios.effects import EFFECTS, acting
 from scenarios.paper_rig import A22, COEFFICIENTS
@@ -32,7 +32,7 @@ SWING = COMPLIANCE * V["m2"] * V["l2"] * V["g"] / V["L"] ** 2
 START = np.array([np.pi + 1.3, np.pi - 1.9, 0.0, 0.0])
 TIME = 0.05 + np.arange(200) / 100.0
 PHASE = np.random.default_rng(0).uniform(-math.pi, math.pi)
-"""Of an eccentric disc, as the independent description draws it [rad]."""
+"""Of an eccentric disc [rad]."""
 
 
 def rods(times):
@@ -50,30 +50,39 @@ def shown(*effects, **given):
     return motions([problem(effects, **given)]).readings
 
 
-def in_joints(effect, size, *values):
-    return [(f"{effect(joint).name}.{joint}", values, effect(joint), size) for joint in JOINTS]
+def turning(time, states):
+    """Return what turns the encoders in a motion (n, 4) of the paper's model."""
+    moved = Path(time, states, np.array([accelerations(V, state, 0.0) for state in states]), np.zeros(len(time)))
+    return Turned(V, moved, joint_angles(moved))
 
 
-def eccentric(joint):
-    return described.eccentricity(joint, np.random.default_rng(0))
+def in_joints(name, described, *values):
+    return [(f"{name}.{joint}", values, described(joint, *values)) for joint in JOINTS]
 
 
+def late(turned):
+    """Return what an outer encoder shows that is read later than the inner one."""
+    moved = rods(turned.path.times - DELAY)[:, :2] - turned.path.states[:, :2]
+    return np.diff(moved, axis=1, prepend=moved[:, :1])
+
+
+DELAY = 0.0123
 DESCRIBED = [
-    *in_joints(described.offset, 0.02, 0.02),
-    *in_joints(described.scale, 0.03, 0.03),
-    *in_joints(lambda joint: described.slip(joint, 0.7), 0.1, 0.1, 0.7),
+    *in_joints("encoder_offset", encoders.offset, 0.02),
+    *in_joints("encoder_scale", encoders.scale, 0.03),
+    *in_joints("encoder_slip", encoders.slip, 0.1, 0.7),
     # The inner one's wave is over the angle from upright.
-    ("encoder_eccentricity.inner", (-0.03 * np.cos(PHASE), -0.03 * np.sin(PHASE)), eccentric("inner"), 0.03),
-    ("encoder_eccentricity.outer", (0.03 * np.cos(PHASE), 0.03 * np.sin(PHASE)), eccentric("outer"), 0.03),
-    ("time_offset.outer", (0.0123,), described.late(), 0.0123),
-    ("rod_flex.inner", (SAG, SWING), described.flex(), COMPLIANCE),
-]
+    *((f"encoder_eccentricity.{joint}", (side * 0.03 * np.cos(PHASE), side * 0.03 * np.sin(PHASE)),
+       encoders.eccentricity(joint, 0.03, PHASE)) for joint, side in zip(JOINTS, (-1.0, 1.0), strict=True)),
+    ("time_offset.outer", (DELAY,), late),
+    ("rod_flex.inner", (SAG, SWING), encoders.rod_flex(COMPLIANCE)),
+]  # fmt: skip
 
 
-@pytest.mark.parametrize(("key", "values", "other", "size"), DESCRIBED, ids=[key for key, *_ in DESCRIBED])
-def test_an_encoder_shows_what_an_independent_description_says(key, values, other, size):
+@pytest.mark.parametrize(("key", "values", "described"), DESCRIBED, ids=[key for key, *_ in DESCRIBED])
+def test_an_encoder_shows_what_an_independent_description_says(key, values, described):
     plain = shown()
-    expected = other.reading(TIME, rods, V, size)
+    expected = described(turning(TIME, rods(TIME)))
     assert np.abs(expected).max() > 1e-3
     assert np.abs(shown((key, *values)) - plain - expected).max() < 2e-6
 
@@ -136,7 +145,8 @@ def test_an_encoder_with_play_follows_a_given_motion_as_described_independently(
         readings_of(COEFFICIENTS, given, np.zeros((2, of.states - 4)), 5e-4, of)
         for of in (acting((f"backlash.{joint}", [gap])), NO_EFFECTS)
     )
-    expected = described.backlash(joint).reading(time, lambda times: given[:, :4], V, 0.5 * gap)
+    moved = Path(time, given[:, :4], given[:, :2], given[:, 0])
+    expected = encoders.backlash(joint, 0.5 * gap)(Turned(V, moved, joint_angles(moved)))
     np.testing.assert_allclose(found - exact, expected, atol=1e-5)
 
 

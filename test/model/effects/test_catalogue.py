@@ -128,7 +128,7 @@ def test_a_torque_is_that_of_an_independent_description(key, values, other):
     for state in STATES:
         if min(abs(state[2]), abs(state[3] - state[2])) < 0.5:
             continue  # near rest dry friction is smooth there
-        expected = np.array(other.torque(0.0, tuple(state), TABLE_5, SIZE))
+        expected = np.array(other(0.0, tuple(state), TABLE_5, SIZE))
         found = torque_of(EFFECTS[key], state, values) * A22
         # Drag is summed over so few strips there that a rod with a standing point along it shows the difference.
         tolerance = 0.03 if "strips" in key else 1e-4

@@ -17,7 +17,10 @@ from cdp_ident.rig.emulator.configuration import parse_effects
 from cdp_ident.rig.emulator.device import Device, Encoders, Readings
 from cdp_ident.rig.emulator.motion import Hold, LetGo, Motion, Wait
 from cdp_ident.rig.protocol import BinaryCodec, CartCommand, Hello, Sample
-from reference import described
+from reference import encoders
+from reference.encoders import Turned, joint_angles
+from reference.pendulum import accelerations
+from reference.plant import Path
 
 
 def device(rate=200.0, **options):
@@ -130,21 +133,30 @@ COMPLIANCE, HEAVY = 0.01, NOMINAL["m2"] + NOMINAL["m0"]
 SAG = COMPLIANCE * HEAVY * NOMINAL["g"] / NOMINAL["L"]
 SWING = SAG * NOMINAL["m2"] * NOMINAL["l2"] / (HEAVY * NOMINAL["L"])
 PHASE = np.random.default_rng(0).uniform(-math.pi, math.pi)
-"""Of an eccentric disc, as the independent description draws it [rad]."""
+"""Of an eccentric disc [rad]."""
+
+
+def late(turned):
+    """Return what an outer encoder shows that is read 12.5 ms later than the inner one."""
+    times, states = turned.path.times, turned.path.states
+    moved = CubicHermiteSpline(times, states[:, :2], states[:, 2:])(times - 0.0125) - states[:, :2]
+    return np.diff(moved, axis=1, prepend=moved[:, :1])
+
+
 DESCRIBED = {
-    "an offset": ({"encoder_offset": {"outer": {"offset": 0.1}}}, [(described.offset("outer"), 0.1)]),
-    "a scale": ({"encoder_scale": {"inner": {"scale": 0.02}}}, [(described.scale("inner"), 0.02)]),
+    "an offset": ({"encoder_offset": {"outer": {"offset": 0.1}}}, [encoders.offset("outer", 0.1)]),
+    "a scale": ({"encoder_scale": {"inner": {"scale": 0.02}}}, [encoders.scale("inner", 0.02)]),
     "an eccentric disc": (
         {"encoder_eccentricity": {"outer": {"sine": 0.03 * math.cos(PHASE), "cosine": 0.03 * math.sin(PHASE)}}},
-        [(described.eccentricity("outer", np.random.default_rng(0)), 0.03)],
+        [encoders.eccentricity("outer", 0.03, PHASE)],
     ),
-    "a slip": ({"encoder_slip": {"outer": {"slip": 0.2, "time": 5.0}}}, [(described.slip("outer", 5.0), 0.2)]),
-    "a delay": ({"time_offset": {"outer": {"delay": 0.0125}}}, [(described.late(), 0.0125)]),
+    "a slip": ({"encoder_slip": {"outer": {"slip": 0.2, "time": 5.0}}}, [encoders.slip("outer", 0.2, 5.0)]),
+    "a delay": ({"time_offset": {"outer": {"delay": 0.0125}}}, [late]),
     "play, and an offset": (
         {"backlash": {"inner": {"gap": 0.1}}, "encoder_offset": {"inner": {"offset": 0.3}}},
-        [(described.backlash("inner"), 0.05), (described.offset("inner"), 0.3)],
+        [encoders.backlash("inner", 0.05), encoders.offset("inner", 0.3)],
     ),
-    "a rod that bends": ({"rod_flex": {"inner": {"sag": SAG, "swing": SWING}}}, [(described.flex(), COMPLIANCE)]),
+    "a rod that bends": ({"rod_flex": {"inner": {"sag": SAG, "swing": SWING}}}, [encoders.rod_flex(COMPLIANCE)]),
 }
 
 
@@ -153,10 +165,8 @@ DESCRIBED = {
 def test_encoders_show_what_an_independent_description_says_however_it_is_asked_for(plain, content, effects, piece):
     time = PERIOD * np.arange(2001)
     from_rest = np.concatenate([[[1.5, 1.5, 0.0, 0.0]], plain[:, :4]])  # where the hand let it go
-    rods = CubicHermiteSpline(time, from_rest[:, :2], from_rest[:, 2:])
-    added = sum(
-        of.reading(time, lambda at: np.hstack([rods(at), rods(at, 1)]), NOMINAL, size)[1:] for of, size in effects
-    )
+    moved = Path(time, from_rest, np.array([accelerations(NOMINAL, state, 0.0) for state in from_rest]), 0.0 * time)
+    added = sum(effect(Turned(NOMINAL, moved, joint_angles(moved)))[1:] for effect in effects)
     joints = np.diff(plain[:, :2], axis=1, prepend=0.0)
     assert np.abs(added).max() > 0.01
     # A joint with play turns back between samples, further than where it is described; before the start is no motion.
