@@ -95,19 +95,20 @@ class GaussNewton:
         Raises:
             IdentificationError: no motion can be computed.
         """
-        change, rest, bend, least, stalled, tried, share, is_same = np.inf, np.inf, np.inf, np.inf, 0, 0, 1.0, False
+        change, rest, bend, least, stalled, share, is_same = np.inf, np.inf, np.inf, np.inf, 0, 1.0, False
         begun: tuple[Array, list[Array]] | None = None
-        for self._steps in range(most_steps + 1):
+        for made in range(most_steps + 1):
+            self._steps += made > 0
             # Where it goes on from an end it is linear already.
-            if (self._steps > 0 or not self._linear) and not self._linearise():
-                if begun is None or self._steps == most_steps:
+            if (made > 0 or not self._linear) and not self._linearise():
+                if begun is None or made == most_steps:
                     raise IdentificationError("the motion between nodes cannot be computed")
                 # A step that leads where there is no motion is halved.
                 self.values = 0.5 * (begun[0] + self.values)
                 self.states = [0.5 * (old + new) for old, new in zip(begun[1], self.states, strict=True)]
                 is_same = False
                 continue
-            if self._steps == most_steps:
+            if made == most_steps:
                 break
             begun = self.values, self.states
             if rest < _ROUGHLY and self._taken < _TELLING and not held:
@@ -138,8 +139,7 @@ class GaussNewton:
             self.converged = max(change, adapted) < self._close
             if self.converged:
                 break
-            tried += near
-            if tried >= _PATIENCE and max(_HOPELESS * (misfit - self.misfit), 0.0) < self.misfit - to_beat:
+            if self._steps >= _PATIENCE and max(_HOPELESS * (misfit - self.misfit), 0.0) < self.misfit - to_beat:
                 break
             if change < least or (np.isfinite(adapted) and not near):
                 least, stalled = change, 0

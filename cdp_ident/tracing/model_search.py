@@ -11,7 +11,6 @@ gives, all evidence shrinks by itself. What is imitated there, errors over windo
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -19,7 +18,7 @@ from cdp_ident.arrays import Array
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.likelihood.gauss_newton import SHOWN, GaussNewton
-from cdp_ident.likelihood.maxima import CLOSE_ENOUGH, ENOUGH_STEPS, best_of, likelier_maximum, other_maxima
+from cdp_ident.likelihood.maxima import CLOSE_ENOUGH, ENOUGH_STEPS, best_begun, ended, likelier_maximum, other_maxima
 from cdp_ident.likelihood.scores import Score
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.machine.parallel import parallel_map
@@ -161,15 +160,19 @@ class ModelSearch:
             action: in words.
             hidden: others that no score speaks for, to be fitted where these leave more than noise.
         """
-        tried = self._fit_all(neighbours)
-        best, _ = self._most_probable(tried)
-        if hides_more(best):
-            tried += self._fit_all(hidden, min(best.misfit, self.best.misfit))
-        best, what = self._most_probable(tried)
-        if best is not self.best and 0.0 <= self.cost(best) < imitated(best):
-            # Torques may follow what it explains: without them it may be far more likely.
-            best = self.fitted[_key(best.model)] = likelier_maximum(best)
-            tried.append((best, what))
+        tried, best = list[_Fitted](), self.best
+        leading = [each for each in neighbours if each.what == neighbours[0].what]
+        others = [each for each in neighbours if each.what != neighbours[0].what]
+        for some in (leading, others, hidden):
+            # What leaves nothing but noise need not compete yet: others are tried in its place later on.
+            if not hides_more(best) and (self.cost(best) < 0.0 or some is hidden):
+                break
+            tried += self._fit_all(some, min(best.misfit, self.best.misfit))
+            before, (best, what) = best, self._most_probable(tried)
+            if best is not before and hides_more(best) and self.cost(best) < imitated(best):
+                # Torques may follow what it explains: without them it may be far more likely.
+                best = self.fitted[_key(best.model)] = likelier_maximum(best)
+                tried.append((best, what))
         for best, what in sorted(tried, key=lambda pair: self.cost(pair[0])):
             if self.cost(best) < 0.0 and self._errors.explains(best, self.best):
                 self._note(f"{action} {' and '.join(what)}", best, tried)
@@ -345,10 +348,14 @@ class ModelSearch:
             key = _key(each.model)
             if each.again or (key not in begun and not self._is_fitted(key, least)):
                 begun.setdefault(key, []).append(each)
-                self._to_beat[key] = max(least, self._to_beat.get(key, -np.inf))
-        for key, fit in zip(begun, parallel_map(lambda of: self._near(of, least), [*begun.values()]), strict=True):
-            found = fit.found
-            self.failures += fit.failures
+        searches = dict(zip(begun, parallel_map(self._begun, [*begun.values()]), strict=True))
+        # From here they compete.
+        least, few = min([least, *(of.misfit for of, _ in searches.values() if of)]), len(self.best.model.effects)
+        bounds = {key: np.inf if len(of[0].model.effects) < few else least for key, of in begun.items()}
+        fits = parallel_map(lambda key: ended(*searches[key], bounds[key] + _HOPELESS), [*begun])
+        for key, (found, failures) in zip(begun, fits, strict=True):
+            self._to_beat[key] = max(bounds[key], self._to_beat.get(key, -np.inf))
+            self.failures += [f"{' and '.join(begun[key][0].what)}: {failure}" for failure in failures]
             # What is kept does not depend on which fit is done first.
             if found and (key not in self.fitted or found.misfit < self.fitted[key].misfit):
                 self.fitted[key] = found
@@ -358,19 +365,12 @@ class ModelSearch:
     def _is_fitted(self, key: Key, to_beat: float) -> bool:
         """Return whether a model was fitted to the end, or given up where it had no more to beat than it has now."""
         found = self.fitted.get(key)
-        ended = found is not None and (found.converged or found.steps == ENOUGH_STEPS)
-        return ended or (found is not None and to_beat <= self._to_beat.get(key, np.inf))
+        to_the_end = found is not None and (found.converged or found.steps >= ENOUGH_STEPS)
+        return to_the_end or (found is not None and to_beat <= self._to_beat.get(key, np.inf))
 
-    def _near(self, begun: Sequence[Neighbour], to_beat: float) -> "_Fit":
-        """Fit a model from where it may begin: a few steps from each of several places, and to the end from the best.
-
-        Args:
-            begun: the model, at these places.
-            to_beat: misfit of another model that has as many effects.
-        """
+    def _begun(self, begun: Sequence[Neighbour]) -> tuple[GaussNewton | None, list[str]]:
+        """Return the best search for a model of several, which begin at different places; see `best_begun`."""
         searches = list[GaussNewton]()
-        if len(begun[0].model.effects) < len(self.best.model.effects):
-            to_beat = np.inf
         for each in begun:
             noise = each.origin.noise
             if len(each.values) < len(each.origin.values):
@@ -378,22 +378,12 @@ class ModelSearch:
                 noise = noise.with_torque_of_at_least(_AT_LEAST * self._recorded.large_torque)
             states = _states(each.origin, each.model)
             searches.append(GaussNewton(each.model, each.values, self._recorded, states, noise, CLOSE_ENOUGH))
-        if len(searches) > 1 and begun[0].shows_with_strength:
-            # What the first steps promise stands for a score. From which of them it comes out is not said by that.
+        if len(searches) > 1 and begun[0].model.effects[-1].effect.states > 0:
+            # Such take long. What the first steps promise stands for a score, though not for from where it comes out.
             odds = unlikelihood(begun[0].model.effects[-1], self._recorded)
             if not min(search.expected_misfit() for search in searches) + odds < begun[0].origin.misfit:
-                return _Fit(None, [])
-        found, failures = best_of(searches, to_beat + _HOPELESS)
-        return _Fit(found, [f"{' and '.join(begun[0].what)}: {failure}" for failure in failures])
-
-
-class _Fit(NamedTuple):
-    """What came of fitting a model."""
-
-    found: WholeSwings | None
-    """None where no motion can be computed."""
-    failures: list[str]
-    """In words."""
+                return None, []
+        return best_begun(searches)
 
 
 _HOPELESS = 30.0

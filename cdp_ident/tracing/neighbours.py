@@ -63,11 +63,6 @@ class Neighbour:
         """Whether a score tells what its last effect does."""
         return self.model.effects[-1].effect.has_score
 
-    @property
-    def shows_with_strength(self) -> bool:
-        """Whether its last effect brings states that say nothing near no strength: it begins with one."""
-        return self.model.effects[-1].effect.states > 0 and not self.is_scored
-
 
 def first(neighbours: Iterable[Neighbour]) -> list[Neighbour]:
     """Return the first neighbours, of a few effects."""

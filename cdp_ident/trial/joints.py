@@ -22,6 +22,8 @@ _TOGETHER = 0.9
 """Share of the readings of a joint that have one of the other beside them, up to which joints are measured together."""
 _BRIDGED = 3.5
 """No reading is made up in a gap of so many usual spacings."""
+_OFTEN = 10
+"""A number that stands for missing readings is stored so often at least: what is rarer is left out as an outlier."""
 
 
 @dataclass(frozen=True)
@@ -87,6 +89,12 @@ def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Sam
     of_another, note = still_publisher(readings[both])
     known[both[of_another]] = False
     notes.append(note)
+    for joint, column, has in zip(wanted, readings.T, known.T, strict=True):
+        for number in _in_place_of_none(column[has]):
+            of_none = has & (column == number)
+            has[of_none] = False
+            count = np.count_nonzero(of_none)
+            notes.append(f"{count} readings of {joint} that are {number:g} stand for missing ones, and are left out")
     ranges = np.zeros(2)
     turns = TURN * np.array([options.inner_scale, options.outer_scale]) / in_radians(np.ones(2), options)
     new, repeated = new_readings(readings, known, turns)
@@ -188,6 +196,20 @@ def model_angles(angles: Array, options: TrialOptions) -> Array:
     theta1 = theta1 + from_inner + options.inner_offset
     theta2 = turned + (theta1 if options.outer_angle == "relative" else from_outer) + options.outer_offset
     return np.column_stack([theta1, theta2])
+
+
+def _in_place_of_none(readings: Array) -> list[float]:
+    """Return numbers that stand for missing readings (n,): each is stored often, far from all others.
+
+    It is as far from the others as these are from one another.
+    """
+    numbers, counts = np.unique(readings, return_counts=True)
+    found = list[float]()
+    for extreme in (0, -1) if len(numbers) > _OFTEN else ():
+        others = np.delete(numbers, extreme)
+        if counts[extreme] >= _OFTEN and np.min(np.abs(numbers[extreme] - others)) > np.ptp(others):
+            found.append(float(numbers[extreme]))
+    return found
 
 
 def _usable(values: Array) -> Mask:

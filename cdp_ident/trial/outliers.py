@@ -57,10 +57,17 @@ def outliers(time: Array, values: Array, period: float | None = None) -> Mask:
     as `TURN` for angles.
     """
     found = np.zeros(len(time), dtype=bool)
+    look: Mask = np.ones(len(time), dtype=bool)
     spacing = np.diff(time)
     apart = (spacing <= 0.0) | (spacing > _NEIGHBOURS * np.median(spacing)) if len(spacing) else spacing > 0.0
-    for part in np.split(np.arange(len(time)), np.flatnonzero(apart) + 1):
-        found[part] = _among_neighbours(time[part], values[part], period)
+    part = np.concatenate([[0], np.cumsum(apart)])[: len(time)]
+    while np.any(look):
+        kept = np.flatnonzero(~found)
+        dropped = np.zeros(len(time), dtype=bool)
+        dropped[kept[_among_neighbours(time[kept], values[kept], period, part[kept], look[kept])]] = True
+        found |= dropped
+        # Where some were found, there may be more without them: those that they hid, or their noise did.
+        look = np.asarray(maximum_filter1d(dropped, 4 * _BLOCK + 1))
     return found
 
 
@@ -98,27 +105,29 @@ def steps(time: Array, values: Array) -> Array:
     return np.where(is_step, sizes, 0.0)
 
 
-def _among_neighbours(time: Array, values: Array, period: float | None) -> Mask:
-    """Return which are outliers (n,), of samples without gaps."""
-    found = np.zeros(len(time), dtype=bool)
-    look: Mask = np.ones(len(time), dtype=bool)
-    while np.any(look) and np.count_nonzero(~found) > 2 * _BESIDE + SAMPLES:
-        kept = np.flatnonzero(~found)
-        noise, suspect = _noise(time[kept], values[kept], period)
-        suspect &= look[kept]
-        dropped = np.zeros(len(time), dtype=bool)
-        for places in (some for some in _SETS if len(kept) > 2 * _BESIDE + some[-1]):
-            starts = np.flatnonzero(suspect[: len(kept) - places[-1]])
-            residuals = np.zeros(len(kept))
-            residuals[starts] = _least_residuals(time[kept], values[kept], period, noise, starts, places)
+def _among_neighbours(time: Array, values: Array, period: float | None, part: Indices, look: Mask) -> Mask:
+    """Return which are outliers (n,), looked for in some places, of samples of which those in one part have no gaps."""
+    first = np.searchsorted(part, part)
+    end = np.searchsorted(part, part, side="right")
+    noise, suspect = np.zeros(len(time)), np.zeros(len(time), dtype=bool)
+    for begin in np.unique(first).tolist():
+        there = slice(begin, int(end[begin]))
+        if end[begin] - begin > 2 * _BESIDE + SAMPLES and np.any(look[there]):
+            noise[there], suspect[there] = _noise(time[there], values[there], period)
+    suspect &= look
+    dropped = np.zeros(len(time), dtype=bool)
+    for places in _SETS:
+        starts = np.flatnonzero(suspect & (end - first > 2 * _BESIDE + places[-1]))
+        starts = starts[starts + places[-1] < end[starts]]
+        least = _least_residuals(time, values, period, noise, starts, places, first[starts], end[starts])
+        if np.any(least > _LIMIT):
+            residuals = np.zeros(len(time))
+            residuals[starts] = least
             greatest = maximum_filter1d(residuals, 2 * _NEAR + 1)
             outlying = np.flatnonzero((residuals > _LIMIT) & (residuals == greatest))
-            dropped[kept[outlying[:, None] + places]] = True
-            suspect &= ~maximum_filter1d(dropped, 2 * _NEAR + 1)[kept]
-        found |= dropped
-        # Where some were found, there may be more without them: those that they hid, or their noise did.
-        look = np.asarray(maximum_filter1d(dropped, 4 * _BLOCK + 1))
-    return found
+            dropped[outlying[:, None] + places] = True
+            suspect &= ~maximum_filter1d(dropped, 2 * _NEAR + 1)
+    return dropped
 
 
 def _noise(time: Array, values: Array, period: float | None) -> tuple[Array, Mask]:
@@ -135,16 +144,29 @@ def _noise(time: Array, values: Array, period: float | None) -> tuple[Array, Mas
 
 
 def _least_residuals(
-    time: Array, values: Array, period: float | None, noise: Array, starts: Indices, places: Indices
+    time: Array,
+    values: Array,
+    period: float | None,
+    noise: Array,
+    starts: Indices,
+    places: Indices,
+    begins: Indices,
+    ends: Indices,
 ) -> Array:
-    """Return the least studentized residual (m,) of the samples at `places` (p,) from each of the starts (m,)."""
+    """Return the least studentized residual (m,) of the samples at `places` (p,) from each of the starts (m,).
+
+    Neighbours are those of its part, whose first sample and end are given (m,).
+    """
     size = 2 * _BESIDE + int(places[-1]) + 1
-    first = np.clip(starts - _BESIDE, 0, len(time) - size)
+    first = np.clip(starts - _BESIDE, begins, ends - size)
     index = first[:, None] + np.arange(size)
     members = starts[:, None] + places
     is_member = (index[:, :, None] == members[:, None, :]).any(axis=2)
     others = index[~is_member].reshape(len(starts), size - len(places))
-    measured = np.unwrap(values[others], period=period, axis=1) if period else values[others]
+    measured, turns = values[others], np.zeros(others.shape)
+    if period:
+        turns[:, 1:] = np.cumsum(np.round(np.diff(measured, axis=1) / period), axis=1)
+        measured -= period * turns
     begin, end = time[first][:, None], time[first + size - 1][:, None]
     basis, at_members = (polyvander((2.0 * time[at] - begin - end) / (end - begin), 3) for at in (others, members))
     transposed = basis.transpose(0, 2, 1)

@@ -167,6 +167,17 @@ def test_a_number_in_place_of_missing_readings_is_left_out_and_no_wrap(make_bag,
     assert "wrap" not in "; ".join(trial.notes)
 
 
+@pytest.mark.parametrize("value", [9999.0, -32768.0, 50.0])
+def test_a_number_that_often_stands_for_missing_readings_is_none(make_bag, value):
+    def lose(positions):
+        positions[5::20, 0], positions[::33] = value, value
+
+    trial = load_trial(with_changes(make_bag, lose))
+    assert off(trial) < 1e-6
+    assert not trial.outliers
+    assert f"readings of outer_joint that are {value:g} stand for missing ones" in "; ".join(trial.notes)
+
+
 @pytest.mark.parametrize(("dump", "said"), [("dump_a", ""), ("dump_b", "m1, groups.A23_over_A22, std.m1: results")])
 def test_a_dump_of_identify_s_parameters_is_its_configuration(capsys, dump, said):
     request = Request((), (), None, None, None, CASES / "param_dump" / f"{dump}.yaml", False)

@@ -45,6 +45,18 @@ def test_no_usable_number_at_all_is_an_error():
         select_joints(recording([[0, NAN, 2]] * 6), TrialOptions())
 
 
+@pytest.mark.parametrize(("far", "known"), [(5.0, 400), (7.0, 390)])
+def test_a_number_stored_often_and_far_from_all_others_is_no_reading(far, known):
+    number = np.arange(400)
+    swing = 2.0 * np.sin(number / 9.0)
+    positions = np.column_stack([np.where(number % 40 == 20, far, swing), swing])
+    joints = ("inner_joint", "outer_joint")
+    of_swing = JointRecording("swing", "/joint_states", joints, 10**18 + number * 5_000_000, positions, ())
+    samples, notes = select_joints(of_swing, TrialOptions(cart_joint=""))
+    assert len(samples.stamps) == known
+    assert ("10 readings of inner_joint that are 7 stand for missing ones, and are left out" in notes) is (known < 400)
+
+
 def test_a_cart_is_bridged_where_its_position_is_an_outlier_and_the_rods_samples_stay():
     stamps = 10**18 + np.arange(400) * 5_000_000
     truth = 0.1 * np.sin(np.arange(400) * 0.02)
