@@ -78,7 +78,7 @@ class GaussNewton:
         self._linear: list[Linearised] = []
         self._freedom = np.zeros(2)
         self._taken = 0.0
-        self._steps = 0
+        self._steps, self._near = 0, 0
         self._before: list[tuple[float, float] | None] = [None, None]
         self.excess = np.ones(2)
         """(2,) the squares of the impulses, over what their standard deviation lets expect."""
@@ -139,7 +139,8 @@ class GaussNewton:
             self.converged = max(change, adapted) < self._close
             if self.converged:
                 break
-            if self._steps >= _PATIENCE and max(_HOPELESS * (misfit - self.misfit), 0.0) < self.misfit - to_beat:
+            self._near += near
+            if self._near >= _PATIENCE and max(_HOPELESS * (misfit - self.misfit), 0.0) < self.misfit - to_beat:
                 break
             if change < least or (np.isfinite(adapted) and not near):
                 least, stalled = change, 0

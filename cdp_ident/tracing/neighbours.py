@@ -413,7 +413,15 @@ def _less_of(found: WholeSwings, index: int, sure: float) -> Iterator[Neighbour]
         is_alike = kind == (effect.joint, effect.law.formulas.keys(), effect.remembers)
         if is_alike and names < own.keys() and own.keys() - names <= unsure:
             less = replace(active, effect=effect)
-            neighbour = _instead(found, index, less, [own[p.name] for p in less.fitted])
+            values = [own[parameter.name] for parameter in less.fitted]
+            others, remain = found.model.without_effect(index)
+            keys = [other.key for other in others.effects]
+            if less.key in keys:  # it is there already: both become one
+                begin = found.values[remain]
+                begin[others.places(keys.index(less.key))] += np.where(less.strengths, values, 0.0)
+                neighbour = Neighbour(others, begin, (), found)
+            else:
+                neighbour = _instead(found, index, less, values)
             # From here it may be far more likely than where it was fitted before: joints stick elsewhere.
             yield replace(neighbour, what=(f"{active.key} but for {effect.key}",), again=True)
 

@@ -200,6 +200,16 @@ def test_a_spring_without_stiffness_may_be_a_constant_torque_and_one_that_is_sur
     assert less not in [each.what for each in simplifications(stiff, 100.0)]
 
 
+def test_what_is_there_already_and_another_effect_has_become_without_a_parameter_is_one_effect(rubbing):
+    dry = with_effect(rubbing, DRY, 5e-3)
+    found = with_effect(dry, "stribeck_friction.outer", 2e-3, 0.0, 1.0)
+    less = (f"stribeck_friction.outer but for {DRY}",)
+    each = next(each for each in simplifications(found, 100.0) if each.what == less)
+    assert each.model.labels == (DRY,)
+    *others, torque, more, _, _ = found.values
+    assert each.values == pytest.approx([*others, torque + more])
+
+
 def test_what_one_trial_has_more_than_the_others_is_proposed_of_effects_that_are_there():
     rng = np.random.default_rng(4)
     trials = [measured(motion(start, dry=dry), rng) for start, dry in (((1.5, 1.2), 4e-4), ((1.4, 1.9), 8e-4))]
