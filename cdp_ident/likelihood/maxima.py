@@ -64,46 +64,31 @@ def most_likely(
     return found
 
 
-def best_of(searches: Sequence[GaussNewton], most_steps: int = ENOUGH_STEPS) -> tuple[WholeSwings | None, list[str]]:
+def best_of(
+    searches: Sequence[GaussNewton], to_beat: float = np.inf, most_steps: int = ENOUGH_STEPS
+) -> tuple[WholeSwings | None, list[str]]:
     """Return what the best of several searches for one model finds: a few steps of each, and the best one to the end.
 
     It is None where no motion can be computed; beside it is why, of each where it cannot be.
 
     Args:
         searches: which differ in where they begin.
+        to_beat: see `GaussNewton.run`.
         most_steps: after so many, the best one ends where it is.
     """
-    return ended(*best_begun(searches, most_steps), most_steps=most_steps)
-
-
-def best_begun(searches: Sequence[GaussNewton], most_steps: int = ENOUGH_STEPS) -> tuple[GaussNewton | None, list[str]]:
-    """Return the best one of several searches after a few steps of each; see `best_of`."""
     begun, failures = list[GaussNewton](), list[str]()
     for search in searches:
         try:
             begun.append(search.run(min(_FEW_STEPS, most_steps)))
         except (IdentificationError, np.linalg.LinAlgError) as error:
             failures.append(str(error))
-    return min(begun, key=lambda one: one.misfit, default=None), failures
-
-
-def ended(
-    search: GaussNewton | None, failures: list[str], to_beat: float = np.inf, most_steps: int = ENOUGH_STEPS
-) -> tuple[WholeSwings | None, list[str]]:
-    """Return what a search that has begun finds, None where no motion can be computed, and why.
-
-    Args:
-        search: to be ended, if there is one.
-        failures: of those that began with it.
-        to_beat: see `GaussNewton.run`.
-        most_steps: after so many more, it ends where it is.
-    """
     try:
-        if search and not search.converged:
-            search.run(most_steps, to_beat)
-        return search.found() if search else None, failures
+        if begun:
+            best = min(begun, key=lambda one: one.misfit)
+            return (best if best.converged else best.run(most_steps, to_beat)).found(), failures
     except (IdentificationError, np.linalg.LinAlgError) as error:
-        return None, [*failures, str(error)]
+        failures.append(str(error))
+    return None, failures
 
 
 def other_maxima(found: WholeSwings, to_beat: float = np.inf) -> list[WholeSwings]:

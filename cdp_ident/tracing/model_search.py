@@ -18,7 +18,7 @@ from cdp_ident.arrays import Array
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.likelihood.gauss_newton import SHOWN, GaussNewton
-from cdp_ident.likelihood.maxima import CLOSE_ENOUGH, ENOUGH_STEPS, best_begun, ended, likelier_maximum, other_maxima
+from cdp_ident.likelihood.maxima import CLOSE_ENOUGH, ENOUGH_STEPS, best_of, likelier_maximum, other_maxima
 from cdp_ident.likelihood.scores import Score
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.machine.parallel import parallel_map
@@ -348,14 +348,10 @@ class ModelSearch:
             key = _key(each.model)
             if each.again or (key not in begun and not self._is_fitted(key, least)):
                 begun.setdefault(key, []).append(each)
-        searches = dict(zip(begun, parallel_map(self._begun, [*begun.values()]), strict=True))
-        # From here they compete.
-        least, few = min([least, *(of.misfit for of, _ in searches.values() if of)]), len(self.best.model.effects)
-        bounds = {key: np.inf if len(of[0].model.effects) < few else least for key, of in begun.items()}
-        fits = parallel_map(lambda key: ended(*searches[key], bounds[key] + _HOPELESS), [*begun])
-        for key, (found, failures) in zip(begun, fits, strict=True):
-            self._to_beat[key] = max(bounds[key], self._to_beat.get(key, -np.inf))
-            self.failures += [f"{' and '.join(begun[key][0].what)}: {failure}" for failure in failures]
+        fits = parallel_map(lambda of: self._near(of, least), [*begun.values()])
+        for (key, of), (found, failures) in zip(begun.items(), fits, strict=True):
+            self._to_beat[key] = max(least, self._to_beat.get(key, -np.inf))
+            self.failures += [f"{' and '.join(of[0].what)}: {failure}" for failure in failures]
             # What is kept does not depend on which fit is done first.
             if found and (key not in self.fitted or found.misfit < self.fitted[key].misfit):
                 self.fitted[key] = found
@@ -368,8 +364,15 @@ class ModelSearch:
         to_the_end = found is not None and (found.converged or found.steps >= ENOUGH_STEPS)
         return to_the_end or (found is not None and to_beat <= self._to_beat.get(key, np.inf))
 
-    def _begun(self, begun: Sequence[Neighbour]) -> tuple[GaussNewton | None, list[str]]:
-        """Return the best search for a model of several, which begin at different places; see `best_begun`."""
+    def _near(self, begun: Sequence[Neighbour], to_beat: float) -> tuple[WholeSwings | None, list[str]]:
+        """Fit a model from where it may begin; see `best_of`.
+
+        Args:
+            begun: the model, at these places.
+            to_beat: misfit of another model that has as many effects.
+        """
+        if len(begun[0].model.effects) < len(self.best.model.effects):
+            to_beat = np.inf
         searches = list[GaussNewton]()
         for each in begun:
             noise = each.origin.noise
@@ -383,7 +386,7 @@ class ModelSearch:
             odds = unlikelihood(begun[0].model.effects[-1], self._recorded)
             if not min(search.expected_misfit() for search in searches) + odds < begun[0].origin.misfit:
                 return None, []
-        return best_begun(searches)
+        return best_of(searches, to_beat + _HOPELESS)
 
 
 _HOPELESS = 30.0
