@@ -79,13 +79,12 @@ def _its_values(found: Any) -> Any:
     return found.values
 
 
-def _as_many(theta: Any) -> Any:
-    return np.ones_like(theta)
+def _as_many(readings: Any, _steps: Any) -> Any:
+    return np.ones_like(readings)
 
 
 RULES = (
     Rule("other maxima", "cdp_ident.tracing.model_search:ModelSearch._other_maxima", _no),
-    Rule("other maxima of the paper's model", "cdp_ident.pipeline.identify:likelier_maximum", _first),
     Rule("zeros by trial", "cdp_ident.tracing.model_search:ModelSearch._zeros", _no),
     Rule("extended models", "cdp_ident.tracing.neighbours:hides_more", _no),
     Rule("replacements", "cdp_ident.tracing.model_search:ModelSearch._replace", _no),
@@ -101,7 +100,7 @@ RULES = (
         "cdp_ident.likelihood.gauss_newton:GaussNewton._look_at_residuals",
         _nothing,
     ),
-    Rule("runs of readings", "cdp_ident.likelihood.swing:weights_of_runs", _as_many),
+    Rule("runs of readings", "cdp_ident.likelihood.swing:weights_of_readings", _as_many),
     Rule("outliers of whole swings", "cdp_ident.likelihood.noise:_OUTLIER", np.inf),
     Rule("halved steps", "cdp_ident.likelihood.gauss_newton:_PATIENCE", 10**6),
 )

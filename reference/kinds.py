@@ -60,6 +60,8 @@ _ALIKE = (
     {"encoder_offset.outer", "drifting_encoder_offset.outer"},
     {"heavy_cart.base", "pivot_compliance.base"},
     {"quadratic_friction.inner", "air_drag.inner"},
+    {"coulomb_friction.inner", "stribeck_friction.inner"},
+    {"coulomb_friction.outer", "stribeck_friction.outer"},
 )
 """Of these, which are the same motion or a special case of it, a combined truth has one."""
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cdp_ident.arrays import Array, Mask
-from cdp_ident.likelihood.sweeps import Whitened, filter_rows
+from cdp_ident.likelihood.sweeps import Whitened, filter_rows, squares_and_expected
 from cdp_ident.likelihood.swing import Linearised, Swing
 from cdp_ident.trial.kinematics import MEDIAN_OF_SIZE
 
@@ -217,31 +217,25 @@ class Noise:
         components models, J. Comput. Graph. Stat. 28, 2019).
         """
         counted, seen = [np.all(swing.counts > 0.0, axis=1) for swing in swings], [*map(self._seen, linear)]
-        left, rates = (  # (2, samples)
-            np.concatenate([getattr(of, name)[kept].T for of, kept in zip(seen, counted, strict=True)], axis=1)
+        left, rates = (  # (samples, 2)
+            np.concatenate([getattr(of, name)[kept] for of, kept in zip(seen, counted, strict=True)])
             for name in ("residuals", "rates")
         )
-        sizes, time = self.sizes[:, None], self.time
+        sizes, time = self.sizes, self.time
         if time == 0.0:
             weighted = rates / sizes**2
-            expected = _products(weighted, rates)
-            more = np.sum(_products(weighted, left) ** 2 - expected) / np.sqrt(2.0 * np.sum(expected**2))
+            of_left, expected = (np.sum(weighted * of, axis=1) for of in (left, rates))
+            more = np.sum(of_left**2 - expected) / np.sqrt(2.0 * np.sum(expected**2))
             if more < _SURE:
                 return replace(self, time=0.0)
-            time = float(np.sqrt(np.sum(sizes**2) / np.sum(np.mean(rates**2, axis=1))))
+            time = float(np.sqrt(np.sum(sizes**2) / np.sum(np.mean(rates**2, axis=0))))
         for _ in range(_MM_STEPS):
-            weighted = rates / sizes**2
-            # The inverse of the covariance is that of the encoders' noise less what errors of time take from it.
-            taken = weighted * (time**2 / (1.0 + time**2 * _products(weighted, rates)))
-            of_left = left / sizes**2 - taken * _products(weighted, left)
-            inverse = sizes**-2.0 - taken * weighted
-            of_rates = weighted - taken * _products(weighted, rates)
-            by_time = float(np.sqrt(np.sum(_products(rates, of_left) ** 2) / np.sum(rates * of_rates)))
-            by_sizes = np.sqrt(np.sum(of_left**2, axis=1) / np.sum(inverse, axis=1))[:, None]
+            squares, expected = squares_and_expected(left, rates, sizes, time)
+            by_sizes, by_time = np.sqrt(squares[:2] / expected[:2]), float(np.sqrt(squares[2] / expected[2]))
             time, sizes = time * by_time, sizes * by_sizes
             if max(abs(by_time - 1.0), float(np.abs(by_sizes - 1.0).max())) < _CHANGES_LITTLE:
                 break
-        return replace(self, new=sizes[:, 0], time=time, kept=np.zeros(2), mixed=np.zeros(2))
+        return replace(self, new=sizes, time=time, kept=np.zeros(2), mixed=np.zeros(2))
 
     def remembering(self, swings: Sequence[Swing], linear: Sequence[Linearised]) -> "Noise":
         """Return the noise with as much memory as residuals show, as far as that is sure."""
@@ -269,11 +263,6 @@ class Noise:
             squares += np.sum(swing.counts * found._seen(of).residuals ** 2, axis=0)
             counts += swing.counts.sum(axis=0)
         return replace(found, new=np.sqrt(squares / counts), kept=np.zeros(2), mixed=np.zeros(2))
-
-
-def _products(one: Array, other: Array) -> Array:
-    """Return the scalar products (samples,) of columns (2, samples)."""
-    return np.asarray(np.einsum("ij,ij->j", one, other))
 
 
 def _independent(shown: Array, by_time: Array) -> Array:

@@ -88,7 +88,7 @@ def _swings(
 ) -> list[Swing]:
     scales = data.scales
     nodes = spacing * scales.time_unit
-    return Swing.of(trial, index, scales.step, nodes, begin, bounds)
+    return Swing.of(trial, index, scales.step, nodes, begin, bounds, scales.encoder_steps)
 
 
 def _recorded(data: Data, swings: Sequence[Swing], noise: float = 1.0) -> Recorded:

@@ -21,6 +21,8 @@ from cdp_ident.model.layout import RODS_STATES
 
 _NOTHING = 1e-280
 """The square of the length of a column in which there is nothing."""
+_A_STEP = 1.0 + 1e-6
+"""Readings are a step apart, give or take rounding."""
 _SPEEDS = RODS_STATES - 2
 """Where the rods' speeds are in a state, which impulses of torques change."""
 
@@ -83,6 +85,50 @@ def filter_rows(rows, right, new, follows, samples_at, kept, mixed, transitions,
             for j in range(d):
                 transitions[k, n - 2 + joint, j] = carried[j]
             gaps[k, n - 2 + joint] = carried[d]
+
+
+@compiled
+def share_rounding(reading, step, weights):
+    """Fill in the weights (n,) of an encoder's readings (n,): those within a step count together; see `Swing`."""
+    begin, least, most = 0, reading[0], reading[0]
+    for k in range(1, len(reading) + 1):
+        if k < len(reading):
+            lower, upper = min(least, reading[k]), max(most, reading[k])
+            if upper - lower <= _A_STEP * step:
+                least, most = lower, upper
+                continue
+        shown = 1.0 if most - least < 0.5 * step else 2.0
+        weights[begin:k] = min(1.0, shown / (k - begin))
+        if k < len(reading):
+            begin, least, most = k, reading[k], reading[k]
+
+
+@compiled
+def squares_and_expected(left, rates, sizes, time):
+    """Return sums (3,) of squares that belong to both encoders' noise and to errors of time, and those expected.
+
+    The inverse of a sample's covariance is that of the encoders' noise less what errors of time take from it.
+
+    Args:
+        left: (samples, 2) residuals.
+        rates: (samples, 2) of change of what the encoders show.
+        sizes: (2,) standard deviation of both encoders' noise.
+        time: standard deviation of errors of time.
+    """
+    squares, expected = np.zeros(3), np.zeros(3)
+    one, other = sizes[0] ** -2.0, sizes[1] ** -2.0
+    for k in range(len(left)):
+        first, second = one * rates[k, 0], other * rates[k, 1]
+        of_rates = first * rates[k, 0] + second * rates[k, 1]
+        share = time * time / (1.0 + time * time * of_rates)
+        of_left = first * left[k, 0] + second * left[k, 1]
+        squares[0] += (one * left[k, 0] - share * first * of_left) ** 2
+        squares[1] += (other * left[k, 1] - share * second * of_left) ** 2
+        expected[0] += one - share * first * first
+        expected[1] += other - share * second * second
+        squares[2] += (of_left * (1.0 - share * of_rates)) ** 2
+        expected[2] += of_rates * (1.0 - share * of_rates)
+    return squares, expected
 
 
 @part

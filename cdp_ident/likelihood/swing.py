@@ -11,6 +11,7 @@ import numpy as np
 
 from cdp_ident.arrays import Array, Indices, Mask
 from cdp_ident.fit.motion_model import MotionModel
+from cdp_ident.likelihood.sweeps import share_rounding
 from cdp_ident.model.layout import RODS_STATES
 from cdp_ident.model.motions import motions_over
 from cdp_ident.model.steps import Times
@@ -57,7 +58,7 @@ class Swing:
     readings: Array
     """(samples, 2) of the encoders of both joints [rad]."""
     counts: Array
-    """(samples, 2) how much each counts; see `weights_of_runs`."""
+    """(samples, 2) how much each counts; see `weights_of_readings`."""
     times: Times
     """When the motion from each node to the next one is computed and read, and what moves the cart and the joints."""
     weights: tuple[Weight, ...]
@@ -76,6 +77,7 @@ class Swing:
         spacing: float,
         begin: float = 0.0,
         bounds: Sequence[tuple[int, int]] | None = None,
+        encoder_steps: Sequence[float] | Array = (0.0, 0.0),
     ) -> list["Swing"]:
         """Lay nodes of a spacing [s] along a trial, between its interruptions.
 
@@ -86,6 +88,7 @@ class Swing:
             spacing: of the nodes [s].
             begin: when the trial's time is zero, in the time that the model knows [s].
             bounds: first sample and end of each stretch that is taken; by default those between interruptions.
+            encoder_steps: (2,) of the inner and the outer encoder [rad].
         """
         every = max(1, round(spacing / step))
         swings = []
@@ -111,7 +114,7 @@ class Swing:
                     trial=index,
                     begin=start,
                     readings=theta @ _READINGS.T,
-                    counts=weights_of_runs(theta),
+                    counts=weights_of_readings(theta @ _READINGS.T, encoder_steps),
                     times=times,
                     weights=trial.weights,
                     time=time,
@@ -214,19 +217,16 @@ class Swing:
         )  # fmt: skip
 
 
-def weights_of_runs(theta: Array) -> Array:
-    """Return weights (n, 2) of both encoders' readings, of which all that repeat one together count as one.
+def weights_of_readings(readings: Array, steps: Sequence[float] | Array) -> Array:
+    """Return weights (n, 2) of both encoders' readings (n, 2), of steps (2,), that follow one another [rad].
 
-    They repeat one error of rounding as well.
-
-    Args:
-        theta: (n, 2) measured angles [rad].
+    While a joint stays within a step its readings share one error of rounding, whether they repeat or go to and fro.
+    All of these together count as one for each step that they show.
     """
-    weight = np.ones(theta.shape)
-    for of_encoder, reading in zip(weight.T, (theta @ _READINGS.T).T, strict=True):
-        runs = np.concatenate([[0], np.cumsum(np.abs(np.diff(reading)) > SAME)])
-        of_encoder[:] = 1.0 / np.bincount(runs)[runs]
-    return weight
+    weights = np.empty(readings.shape)
+    for of_encoder, reading, step in zip(weights.T, readings.T, steps, strict=True):
+        share_rounding(np.ascontiguousarray(reading), max(step, SAME), of_encoder)
+    return weights
 
 
 def _pushes(coefficients: Array, states: Array) -> tuple[Array, Array]:

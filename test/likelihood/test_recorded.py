@@ -11,7 +11,7 @@ from cdp_ident.fit.data import prepare
 from cdp_ident.fit.roles import PartedTrial
 from cdp_ident.fit.scales import scales_of
 from cdp_ident.likelihood.recorded import all_recorded, fitted_recorded, states_of
-from cdp_ident.likelihood.swing import weights_of_runs
+from cdp_ident.likelihood.swing import weights_of_readings
 from cdp_ident.trial.trial import Trial
 from scenarios.swings import MODEL, TIME, UNIT, measured, motion
 
@@ -100,7 +100,14 @@ def test_states_begin_near_the_motion(with_held_out):
 
 def test_readings_that_an_encoder_repeats_count_as_one_of_that_encoder():
     inner, outer = np.array([0.1, 0.2, 0.2, 0.2, 0.3]), np.array([0.5, 0.5, 0.6, 0.7, 0.7])
-    weight = weights_of_runs(np.column_stack([inner, inner + outer]))
+    weight = weights_of_readings(np.column_stack([inner, outer]), (0.0, 0.0))
     third = 1.0 / 3.0
     np.testing.assert_allclose(weight[:, 0], [1.0, third, third, third, 1.0])
     np.testing.assert_allclose(weight[:, 1], [0.5, 0.5, 1.0, 0.5, 0.5])
+
+
+def test_readings_that_go_to_and_fro_within_a_step_count_as_its_two_sides():
+    still, moving = np.array([0.1, 0.2, 0.1, 0.1, 0.2, 0.1]), np.array([0.1, 0.1, 0.2, 0.3, 0.4, 0.4])
+    weight = weights_of_readings(np.column_stack([still, moving]), (0.1, 0.1))
+    np.testing.assert_allclose(weight[:, 0], 1.0 / 3.0)
+    np.testing.assert_allclose(weight[:, 1], [2.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0])
