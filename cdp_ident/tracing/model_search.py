@@ -37,7 +37,7 @@ from cdp_ident.tracing.neighbours import (
     scores_of,
     simplifications,
 )
-from cdp_ident.tracing.odds import cost, imitated, unlikelihood
+from cdp_ident.tracing.odds import cost, imitated, size_of, unlikelihood
 from cdp_ident.tracing.over_windows import OverWindows
 from cdp_ident.tracing.selection import Step, Tried
 from cdp_ident.tracing.shaped_like import shaped_like_the_last
@@ -116,9 +116,7 @@ class ModelSearch:
             neighbours = first(e for e in additions(self.best, self.scores) if len(e.model.effects) <= _MOST_EFFECTS)
             extended = [*extended_models(self.best)]
             extended += [form for each in neighbours for form in extended_replacements(self.best, each, self.best)]
-            # A score speaks for others.
-            hidden = [*suggested, *(form for form in extended if not form.is_scored)]
-            before, suggested = self.best, ()
+            before, hidden, suggested = self.best, [*suggested, *extended], ()
             if self._move(neighbours, "added", hidden):
                 if self.best.model.effects[-1].effect.curve is not None:
                     self._spell_out(before)
@@ -158,7 +156,7 @@ class ModelSearch:
         Args:
             neighbours: to be fitted.
             action: in words.
-            hidden: others that no score speaks for, to be fitted where these leave more than noise.
+            hidden: others for which no score speaks, or too little, to be fitted where these leave more than noise.
         """
         tried, best = list[_Fitted](), self.best
         leading = [each for each in neighbours if each.what == neighbours[0].what]
@@ -173,10 +171,15 @@ class ModelSearch:
                 # Torques may follow what it explains: without them it may be far more likely.
                 best = self.fitted[_key(best.model)] = likelier_maximum(best)
                 tried.append((best, what))
-        for best, what in sorted(tried, key=lambda pair: self.cost(pair[0])):
-            if self.cost(best) < 0.0 and self._errors.explains(best, self.best):
-                self._note(f"{action} {' and '.join(what)}", best, tried)
-                return True
+        ranked = sorted(tried, key=lambda pair: self.cost(pair[0]))
+        probable = [pair for pair in ranked if self.cost(pair[0]) < 0.0 and self._errors.explains(pair[0], self.best)]
+        if probable:
+            best, what = probable[0]
+            for other, with_what in probable[1:]:
+                if size_of(other.model) <= size_of(best.model) and self._errors.leaves_less(other, best):
+                    best, what = other, with_what
+            self._note(f"{action} {' and '.join(what)}", best, tried)
+            return True
         if tried:
             self._note("nothing more helps", None, tried)
         return False
@@ -203,7 +206,7 @@ class ModelSearch:
                 return
             tried = self._fit_all(neighbours)
             simpler, what = self._most_probable(tried)
-            if not tried or self.cost(simpler) > 0.0:
+            if not tried or self.cost(simpler) > 0.0 or not self._errors.explains(simpler, self.best):
                 return
             self._note(f"dropped {' and '.join(what)}", simpler, tried)
 

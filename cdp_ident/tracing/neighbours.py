@@ -58,11 +58,6 @@ class Neighbour:
     again: bool = False
     """Whether it is fitted even if it was before, from elsewhere."""
 
-    @property
-    def is_scored(self) -> bool:
-        """Whether a score tells what its last effect does."""
-        return self.model.effects[-1].effect.has_score
-
 
 def first(neighbours: Iterable[Neighbour]) -> list[Neighbour]:
     """Return the first neighbours, of a few effects."""

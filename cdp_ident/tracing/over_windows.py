@@ -19,7 +19,8 @@ from cdp_ident.likelihood.whole_swing import LARGER, WholeSwings
 from cdp_ident.tracing.odds import size_of
 
 _LEFT = 0.9
-"""Share of the square of a model's error over windows, beyond noise, that what another one has more may leave."""
+"""Share of the square of a model's error over windows, beyond noise, that what another one has more may leave; of two
+models the one that leaves less than that of what the other one does explains more of the motion."""
 
 
 class OverWindows:
@@ -33,17 +34,25 @@ class OverWindows:
     def explains(self, found: WholeSwings, than: WholeSwings) -> bool:
         """Return whether what a model has more than another one explains a share of what that one leaves.
 
-        Nothing is asked where it has no more, where no torque is missing beside it, and where noise alone is left.
+        One that has no more is not to leave more. Nothing is asked where no torque is missing beside it.
         """
-        if not np.any(found.is_missing) or size_of(found.model) <= size_of(than.model):
+        if not np.any(found.is_missing):
             return True
+        if size_of(found.model) <= size_of(than.model):
+            return not self.leaves_less(than, found)
+        return self._error_of(than) <= LARGER * self._noise or self.leaves_less(found, than)
+
+    def leaves_less(self, found: WholeSwings, than: WholeSwings) -> bool:
+        """Return whether a model leaves less than a share of what another one leaves, if that is more than noise."""
         before = self._error_of(than)
         if before <= LARGER * self._noise:
-            return True
-        return self._error_of(found) ** 2 - self._noise**2 <= _LEFT * (before**2 - self._noise**2)
+            return False
+        return self._error_of(found) ** 2 - self._noise**2 < _LEFT * (before**2 - self._noise**2)
 
     def _error_of(self, found: WholeSwings) -> float:
-        """Return the error of a model [rad], infinite where it has no motion."""
+        """Return the error of a model [rad], infinite where it has no motion, and nothing without windows."""
+        if not self._windows:
+            return 0.0
         if id(found) not in self._known:
             try:
                 error = fit_initial_states(found.model, found.values, self._windows).rmse()

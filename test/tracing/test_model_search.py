@@ -114,6 +114,9 @@ class _OneExplainsNothing:
     def explains(self, found, than):
         return len(found.model.effects) != 1
 
+    def leaves_less(self, found, than):
+        return False
+
 
 @pytest.mark.parametrize(("offset", "effects"), [(0.01, {DRY, "encoder_offset.outer"}), (0.0, set())])
 def test_of_several_effects_each_may_explain_little_while_the_others_are_missing(offset, effects):

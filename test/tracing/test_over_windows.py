@@ -29,15 +29,18 @@ def test_an_effect_that_is_there_explains_what_one_that_is_not_does_not(rubbing,
     )
     assert over.explains(there, rubbing)
     assert not over.explains(not_there, rubbing)
-    # Nothing is asked of a model that has no more, and where no torque is missing.
-    assert over.explains(not_there, there)
-    assert over.explains(replace(rubbing, is_missing=MISSING), there)
+    # One that has no more is not to leave more; and nothing is asked where no torque is missing.
+    assert over.explains(there, not_there)
+    assert not over.explains(not_there, there)
+    assert not over.explains(replace(rubbing, is_missing=MISSING), there)
+    assert over.explains(replace(rubbing, is_missing=MISSING), not_there)
     assert over.explains(replace(not_there, is_missing=np.zeros(2, dtype=bool)), rubbing)
 
 
 def test_nothing_is_asked_where_noise_alone_is_left_or_there_are_no_windows(rubbing, windows):
     not_there = replace(with_effect(rubbing, "encoder_scale.inner", 1e-4), is_missing=MISSING)
     assert OverWindows(windows, 1.0).explains(not_there, rubbing)
+    assert not OverWindows(windows, 1.0).leaves_less(rubbing, not_there)
     assert OverWindows([], NOISE).explains(not_there, rubbing)
 
 
