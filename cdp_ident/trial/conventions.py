@@ -27,9 +27,11 @@ from cdp_ident.trial.meaning import (
     EVIDENT,
     GOOD,
     MUCH_BETTER,
+    SOME,
     Balance,
     balance_of,
     best_of,
+    explains_more,
     in_model_angles,
     other_meanings,
     outer_meanings,
@@ -134,13 +136,15 @@ def _contradiction(recorded: Recorded, given: Balance, best: Balance, mechanism:
     options, unexplained = given.meaning, given.lumped.unexplained
     left_so = mechanism.unexplained if mechanism else np.inf
     # Whose equation holds beside something that acts in the other joint is no rod in other units.
-    least = min(unexplained, best.lumped.unexplained, left_so, HOLDS if driven(given) else np.inf)
+    left_beside = min(left_so, HOLDS if driven(given) else np.inf)
+    least = min(unexplained, best.lumped.unexplained, left_beside)
+    beyond = min(given.lumped.beyond, best.lumped.beyond) if np.isinf(left_beside) else 0.0
     # Errors of motors' torques may look like other zeros or factors.
-    if least > _LOOKED_AT and options.input != "joints":
-        others = other_meanings(recorded, options, least)
-        possible = [other for other in others if other and other.lumped.unexplained < min(GOOD, MUCH_BETTER * least)]
+    if (least > _LOOKED_AT or beyond > SOME) and options.input != "joints":
+        others = [other for other in other_meanings(recorded, options, least, beyond) if other]
+        possible = [of for of in others if of.lumped.unexplained < GOOD and explains_more(of, least, beyond)]
         if possible:
-            other = min(possible, key=lambda other: other.lumped.unexplained + other.lumped.spread)
+            other = min(possible, key=lambda other: other.lumped.misfit)
             return _instead(_other_words(options, other.meaning), options, other, given)
     most = unexplained * (MUCH_BETTER if given.lumped.turned is not None else 1.0)
     is_other = best is not given and best.lumped.has_certain_signs
