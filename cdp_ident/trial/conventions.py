@@ -86,6 +86,8 @@ def check_conventions(recorded: Recorded, options: TrialOptions) -> tuple[Balanc
             raise OtherMotionError(f"{_NONE}: it looks like {other.words}; {options.insist}")
         return None, ["there is too little motion to check the joints' conventions or to tell a hand from free motion"]
     best = best_of(fit for fit in fits if fit.meaning != options) or given
+    if given.lumped.is_mechanism and given.lumped.may_be_rods and given.lumped.beyond <= SOME:
+        return given, _doubts(given, best)  # nothing speaks against what holds up to noise
     contradiction = _contradiction(recorded, given, best, other)
     looks = "" if contradiction else other_mechanism(recorded, fits, given, other)
     contradiction = f"{_NONE}: {looks}" if looks else contradiction or _impossible(given)
@@ -157,7 +159,8 @@ def _contradiction(recorded: Recorded, given: Balance, best: Balance, mechanism:
 def _impossible(given: Balance) -> str:
     """Say why no double pendulum moves as the angles say; nothing where one may."""
     lumped = given.lumped
-    if lumped.unexplained > EVIDENT:
+    # What may be no rods' at all has to hold up to what noise and smoothing leave.
+    if lumped.unexplained > (EVIDENT if lumped.may_be_rods or lumped.beyond <= SOME else GOOD):
         if given.meaning.input == "joints":
             return ""  # what motors do may differ so far from what is recorded of them
         return (

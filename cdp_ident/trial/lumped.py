@@ -112,8 +112,7 @@ class Lumped:
     @property
     def may_be_rods(self) -> bool:
         """Whether the numbers are certain to be a double pendulum's, zeros half a turn off included."""
-        is_coupled = self.is_mechanism or abs(self.values[0]) > COUPLED
-        return self.turned is not None and self.has_certain_signs and is_coupled
+        return self.turned is not None and self.has_certain_signs and abs(self.values[0]) > COUPLED
 
 
 def fit_lumped(balance: Windows, is_driven: bool = False) -> Lumped:

@@ -23,7 +23,7 @@ from cdp_ident.arrays import Array
 from cdp_ident.model.effects.effect import JOINTS, Joint
 from cdp_ident.trial.balance import COLUMNS, Motion, Windows, over_windows, window_weights
 from cdp_ident.trial.lumped import COUPLED
-from cdp_ident.trial.meaning import GOOD, MUCH_BETTER, Balance
+from cdp_ident.trial.meaning import MUCH_BETTER, SOME, Balance
 from cdp_ident.trial.recorded_motion import Recorded
 
 HOLDS = 0.01
@@ -37,6 +37,8 @@ _FEWEST = 60
 """Windows, below which an equation may hold by chance."""
 _BENT = 0.05
 """Across the arc, what goes along a circle varies by this share of its radius at least."""
+_SPEED = 0.99
+"""Correlation from which a column is a speed, though the other's is smoothed."""
 _PIVOTS = {
     "": 3,
     "beside something else, which has nothing to do with it": 5,
@@ -84,11 +86,12 @@ def one_pendulum(recorded: Recorded, balances: Sequence[Balance], given: Balance
     `balances` are those under the meanings that the outer angle can have. The outer rod's alone counts, too: it is a
     pendulum on a pivot that moves.
     """
-    if given and given.lumped.may_be_rods and given.lumped.unexplained <= GOOD:
+    if given and given.lumped.may_be_rods and given.lumped.beyond <= SOME:
         return None
     found = pendulum(recorded)
     rods = [balance for balance in balances if balance.lumped.may_be_rods]
-    left = [min(of.lumped.unexplained, unexplained_beside(of.trusted, "inner")) for of in rods]
+    left = [unexplained_beside(of.trusted, "inner") for of in rods]
+    left += [of.lumped.unexplained for of in rods if of.lumped.beyond <= SOME]
     return found if found and found.unexplained < MUCH_BETTER * min(left, default=np.inf) else None
 
 
@@ -135,8 +138,9 @@ def driven(given: Balance) -> str:
 
 def pendulum(recorded: Recorded) -> Pendulum | None:
     """Return the pendulum that one of two recorded columns looks like; None where neither does."""
-    if circle := _on_circle(np.concatenate([motion.angles for motion in recorded.motions])):
-        return circle
+    points, speeds = (np.concatenate([getattr(of, name) for of in recorded.motions]) for name in ("angles", "rates"))
+    if other := _on_circle(points) or _of_speed(points, speeds):
+        return other
     found = [one for place in range(2) if (one := pendulum_of(recorded, place))]
     # What both leave next to nothing of is the simpler one: a free cart goes with its pendulum.
     return min(found, key=lambda one: (max(one.unexplained, _NOTHING), one.terms), default=None)
@@ -166,6 +170,15 @@ def _on_circle(points: Array) -> Pendulum | None:
     is_bent = np.linalg.svd(centred, compute_uv=False)[-1] > _BENT * radius * np.sqrt(len(centred))
     words = f"x and y of a point on a circle of {radius:.3g}, to {off / radius:.1%}: one pendulum in coordinates"
     return Pendulum(words, off / radius, max(_PIVOTS.values())) if is_bent and off < HOLDS * radius else None
+
+
+def _of_speed(points: Array, speeds: Array) -> Pendulum | None:
+    """Return that one of two columns (n, 2) goes with the speed of the other, in any unit; None where neither does."""
+    with np.errstate(invalid="ignore"):  # a column that stands still goes with nothing
+        alike = [abs(float(np.corrcoef(points[:, 1 - place], speeds[:, place])[0, 1])) for place in range(2)]
+    place = int(np.argmax(alike))
+    words = f"one joint's angle (the {JOINTS[place]} column) and its speed (correlation {alike[place]:.3f})"
+    return Pendulum(words, np.sqrt(1.0 - alike[place] ** 2), max(_PIVOTS.values())) if alike[place] > _SPEED else None
 
 
 def pendulum_of(recorded: Recorded, place: int) -> Pendulum | None:
