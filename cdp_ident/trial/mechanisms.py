@@ -5,7 +5,7 @@
 Whatever drives its pivot, a pendulum obeys one equation, linear in what is not known. With its angle t, w = t', and the
 speed v of a cart, or of an arm about an upright axis::
 
-    w' + c w + k sign(w) + b [(cos(t) v)' + sin(t) w v] + e sin(2 t) v^2 = G sin(t)
+    w' + c w + k sign(w) + d |w| w + b [(cos(t) v)' + sin(t) w v] + e sin(2 t) v^2 = G sin(t)
 
 without e on a cart, and without b beside something else; with cosines beside the sines, as the angle's zero is not
 known. Of a double pendulum whose inner joint is driven, the outer rod's equation holds, and where the outer joint is
@@ -40,10 +40,10 @@ _BENT = 0.05
 _SPEED = 0.99
 """Correlation from which a column is a speed, though the other's is smoothed."""
 _PIVOTS = {
-    "": 3,
-    "beside something else, which has nothing to do with it": 5,
-    "on a cart (or an arm that turns little), whose position is the other column": 7,
-    "on an arm, whose angle about an upright axis is the other column (Furuta's)": 9,
+    "": 4,
+    "beside something else, which has nothing to do with it": 6,
+    "on a cart (or an arm that turns little), whose position is the other column": 8,
+    "on an arm, whose angle about an upright axis is the other column (Furuta's)": 10,
 }
 """What the other column has to do with a pendulum, and of how many of its `_terms`; without gravity, it is none."""
 _DRIVEN: dict[Joint, tuple[slice, tuple[str, ...]]] = {
@@ -52,7 +52,7 @@ _DRIVEN: dict[Joint, tuple[slice, tuple[str, ...]]] = {
 }
 """The rods whose equations hold together whatever drives a joint, and their terms."""
 
-_WITHOUT = 5
+_WITHOUT = 6
 """Terms of a pendulum with a pivot at rest."""
 _SIGMAS = 3.0
 _WEIGHTLESS = 0.1
@@ -187,7 +187,7 @@ def pendulum_of(recorded: Recorded, place: int) -> Pendulum | None:
     rows = np.concatenate([_terms(motion, place)[moving] for motion, moving in parts])
     of_angle, of_pivot = recorded.motions[0].gain * recorded.motions[0].angle_noise[[place, 1 - place]] ** 2
     left = {
-        pivot: _left(rows[:, :terms], lambda of: float(of_angle + of_pivot * np.sum(of[4:6] ** 2)))
+        pivot: _left(rows[:, :terms], lambda of: float(of_angle + of_pivot * np.sum(of[5:7] ** 2)))
         for pivot, terms in _PIVOTS.items()
     }
     # A simpler one will do where it leaves next to nothing, or not far more.
@@ -199,14 +199,24 @@ def pendulum_of(recorded: Recorded, place: int) -> Pendulum | None:
 
 
 def _terms(motion: Motion, place: int) -> Array:
-    """Return the terms (k, 9) of a pendulum's equation in windows, with one column as its angle."""
+    """Return the terms (k, 10) of a pendulum's equation in windows, with one column as its angle."""
     value, slope = window_weights(motion.scales.spacing)
     (t, _), (w, v) = (np.roll(of, -place, axis=1).T for of in (motion.angles, motion.rates))
     s, c = np.sin(t), np.cos(t)
     direction = erf(w / (np.sqrt(2.0) * motion.scales.slow))
-    torques = [w, direction, -s, -c, s * w * v, -c * w * v, np.sin(2.0 * t) * v**2, np.cos(2.0 * t) * v**2]
+    torques = [
+        w,
+        direction,
+        np.abs(w) * w,
+        -s,
+        -c,
+        s * w * v,
+        -c * w * v,
+        np.sin(2.0 * t) * v**2,
+        np.cos(2.0 * t) * v**2,
+    ]
     terms = np.column_stack([over_windows(of, value) for of in (np.zeros_like(w), *torques)])
-    for k, momentum in ((0, w), (5, c * v), (6, s * v)):
+    for k, momentum in ((0, w), (6, c * v), (7, s * v)):
         terms[:, k] += over_windows(momentum, slope)
     return terms
 

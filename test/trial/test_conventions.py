@@ -244,3 +244,15 @@ def test_a_factor_with_which_forces_balance_in_small_swings_is_named_and_not_tak
         find_trial(read_as(swing, *factors), TrialOptions())
     named = {name: float(value) for name, value in re.findall(r"(inner_scale|outer_scale): (\S+)", str(refused.value))}
     assert [named.get("inner_scale", 1.0), named.get("outer_scale", 1.0)] == pytest.approx(factors, rel=0.01)
+
+
+@pytest.mark.parametrize("outer_angle", ["absolute", "relative"])
+@pytest.mark.parametrize("start", [0.15, 0.4])
+def test_noise_in_a_small_swing_is_no_evidence_against_what_its_angles_mean(start, outer_angle):
+    time = np.arange(0.0, 8.0, 0.01)
+    angles = motion(TABLE_5, (np.pi + 0.2 * start, np.pi + start, 0.0, 0.0), time)[:, :2]
+    angles += 4e-3 * np.random.default_rng(0).normal(size=angles.shape)
+    if outer_angle == "relative":
+        angles[:, 1] -= angles[:, 0]
+    swing = Samples(np.round(time * 1e9).astype(np.int64), angles, None)
+    find_trial(swing, TrialOptions(outer_angle=outer_angle))
