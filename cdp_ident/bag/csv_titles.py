@@ -58,7 +58,7 @@ _TORQUE = re.compile("tau|torque|effort|moment|nm$|current|pwm|duty|^u[0-3]$")
 _OF_JOINT = re.compile("(.*?)(inner|outer|[0-3])(.*)")
 _SAYS_ANGLE = re.compile("angle|ang|winkel|theta|th|phi|psi|alpha|beta|gamma|q|θ|φ|ψ|encoder|enc")
 _NO_ANGLE = re.compile(
-    "name|packet|seq.*|id|idx|index|line|pwm|duty|volt.*|current|amp.*|torque|tau|effort|force|moment|nm|power|temp.*|vel.*|"
+    "name|packet|seq.*|id|idx|index|line|.*pwm.*|.*duty.*|volt.*|current|amp.*|torque|tau|effort|force|moment|nm|power|temp.*|vel.*|"
     "speed|omega|dot|d?theta.*dot|rate|acc.*|gyro.*|jerk|[xyz]|p[xyz]|sim.*|model.*|pred.*|ref.*|target|set.*|cmd|"
     "command.*|des.*|goal|fit|fitted|err.*|residual.*|status|state|flag|mode|gain|dist.*|height|sec|nanosec|stamp.*|time.*|"
     "likelihood|conf.*|prob.*|score"
@@ -126,7 +126,7 @@ def roles(titles: Sequence[Title]) -> dict[str, int]:
 
 def time_before(titles: Sequence[Title], place: int) -> int | None:
     """Return the last column of times before one, as tables have that are put together; None where there is none."""
-    is_time = re.compile("|".join(_NAMES[TIME].split())).fullmatch
+    is_time = re.compile(f"(?:{'|'.join(_NAMES[TIME].split())})[0-9]?").fullmatch
     return next((before for before in range(place - 1, -1, -1) if is_time(titles[before].key)), None)
 
 

@@ -143,8 +143,10 @@ class JointStates:
         layout = parse_layout(raw)
         if len(layout.head) > _LONGEST_HEAD or len(layout.names) > _MOST_JOINTS:
             raise ValueError("have more names than are believed")
-        if not layout.names:
+        if not any(layout.names):
             raise ValueError("name no joint")
+        if len(set(layout.names)) < len(layout.names):
+            raise ValueError("name a joint twice")
         group = _Alike(layout)
         self._groups.append(group)
         self._at_hand = [group, *self._at_hand[: _LAYOUTS_AT_HAND - 1]]

@@ -27,9 +27,11 @@ from cdp_ident.trial.meaning import (
     EVIDENT,
     GOOD,
     MUCH_BETTER,
+    SOME,
     Balance,
     balance_of,
     best_of,
+    explains_more,
     in_model_angles,
     other_meanings,
     outer_meanings,
@@ -84,6 +86,8 @@ def check_conventions(recorded: Recorded, options: TrialOptions) -> tuple[Balanc
             raise OtherMotionError(f"{_NONE}: it looks like {other.words}; {options.insist}")
         return None, ["there is too little motion to check the joints' conventions or to tell a hand from free motion"]
     best = best_of(fit for fit in fits if fit.meaning != options) or given
+    if given.lumped.is_mechanism and given.lumped.may_be_rods and given.lumped.beyond <= SOME:
+        return given, _doubts(given, best)  # nothing speaks against what holds up to noise
     contradiction = _contradiction(recorded, given, best, other)
     looks = "" if contradiction else other_mechanism(recorded, fits, given, other)
     contradiction = f"{_NONE}: {looks}" if looks else contradiction or _impossible(given)
@@ -134,13 +138,15 @@ def _contradiction(recorded: Recorded, given: Balance, best: Balance, mechanism:
     options, unexplained = given.meaning, given.lumped.unexplained
     left_so = mechanism.unexplained if mechanism else np.inf
     # Whose equation holds beside something that acts in the other joint is no rod in other units.
-    least = min(unexplained, best.lumped.unexplained, left_so, HOLDS if driven(given) else np.inf)
+    left_beside = min(left_so, HOLDS if driven(given) else np.inf)
+    least = min(unexplained, best.lumped.unexplained, left_beside)
+    beyond = min(given.lumped.beyond, best.lumped.beyond) if np.isinf(left_beside) else 0.0
     # Errors of motors' torques may look like other zeros or factors.
-    if least > _LOOKED_AT and options.input != "joints":
-        others = other_meanings(recorded, options, least)
-        possible = [other for other in others if other and other.lumped.unexplained < min(GOOD, MUCH_BETTER * least)]
+    if (least > _LOOKED_AT or beyond > SOME) and options.input != "joints":
+        others = [other for other in other_meanings(recorded, options, least, beyond) if other]
+        possible = [of for of in others if of.lumped.unexplained < GOOD and explains_more(of, least, beyond)]
         if possible:
-            other = min(possible, key=lambda other: other.lumped.unexplained + other.lumped.spread)
+            other = min(possible, key=lambda other: other.lumped.misfit)
             return _instead(_other_words(options, other.meaning), options, other, given)
     most = unexplained * (MUCH_BETTER if given.lumped.turned is not None else 1.0)
     is_other = best is not given and best.lumped.has_certain_signs
@@ -153,7 +159,8 @@ def _contradiction(recorded: Recorded, given: Balance, best: Balance, mechanism:
 def _impossible(given: Balance) -> str:
     """Say why no double pendulum moves as the angles say; nothing where one may."""
     lumped = given.lumped
-    if lumped.unexplained > EVIDENT:
+    # What may be no rods' at all has to hold up to what noise and smoothing leave.
+    if lumped.unexplained > (EVIDENT if lumped.may_be_rods or lumped.beyond <= SOME else GOOD):
         if given.meaning.input == "joints":
             return ""  # what motors do may differ so far from what is recorded of them
         return (

@@ -23,8 +23,10 @@ _AGREEMENT = 0.05
 """Unexplained torque, as a share of gravity's, with which a window agrees with a fit."""
 _WORTH = 0.9
 """With a geared rotor or errors of zeros, the squared residual must fall below this share."""
-_OUTLIER = 9.2 / (2 * np.log(2))
-"""Squared error, over the median one, that one in a hundred normal errors in two dimensions exceeds."""
+_BEYOND = 9.2
+"""Squared error, over its variance, that one in a hundred normal errors in two dimensions exceeds."""
+_OUTLIER = _BEYOND / (2 * np.log(2))
+"""The same over the median one."""
 _LARGEST_OFFSET = 0.3
 """Error of a zero [rad] up to which a first-order expansion is accurate enough."""
 _INDEPENDENT = 5
@@ -58,7 +60,11 @@ class Lumped:
     """Share of the inner rod's acceleration (rms) in the windows fitted to, and of what motors in the joints would give
     it, that is not explained, by noise neither."""
     misfit: float
-    """What is left there over what noise leaves, squared, for comparing meanings of the angles: each has its noise."""
+    """Mean of log(1 + what is left over what noise leaves, squared) in all windows, for comparing meanings of the
+    angles: each has its noise, and a hand weighs the same under all."""
+    beyond: float
+    """Share of all windows in which far more is left than noise leaves: a hand's, or of a meaning with which the
+    balance holds in some of the motion only."""
     spread: float
     """Median of the unexplained `torques` of those windows."""
     covariance: Array
@@ -106,8 +112,7 @@ class Lumped:
     @property
     def may_be_rods(self) -> bool:
         """Whether the numbers are certain to be a double pendulum's, zeros half a turn off included."""
-        is_coupled = self.is_mechanism or abs(self.values[0]) > COUPLED
-        return self.turned is not None and self.has_certain_signs and is_coupled
+        return self.turned is not None and self.has_certain_signs and abs(self.values[0]) > COUPLED
 
 
 def fit_lumped(balance: Windows, is_driven: bool = False) -> Lumped:
@@ -143,10 +148,12 @@ def fit_lumped(balance: Windows, is_driven: bool = False) -> Lumped:
     # Motors hold rods up, too, that hardly accelerate.
     whole = products[0, 0] + sum(values[k] ** 2 * products[1 + k, 1 + k] for k in motors)
     unexplained = np.sqrt(max(left - noise, 0.0) / whole) if whole > 0 else np.inf
-    misfit = left / (noise + _NEGLECTED**2 * products[0, 0] + np.finfo(float).tiny)
+    variance = balance.noise @ [1.0 + A, A + B] + _NEGLECTED**2 * products[0, 0] / len(fitted) + np.finfo(float).tiny
+    over = _squares(balance, values) / variance
+    misfit, beyond = float(np.mean(np.log1p(over))), float(np.mean(over > _BEYOND))
     spread = float(np.median(torques(fitted, values)))
     covariance = _covariance(products, left / max(1, 2 * len(fitted)), motors)
-    return Lumped(values, float(unexplained), misfit, spread, covariance)
+    return Lumped(values, float(unexplained), misfit, beyond, spread, covariance)
 
 
 def explained(balance: Windows, columns: Sequence[int]) -> tuple[Array, float]:

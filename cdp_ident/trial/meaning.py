@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 from typing import get_args
 
 import numpy as np
-from scipy.ndimage import minimum_filter1d
 from scipy.optimize import minimize_scalar
 
 from cdp_ident.trial.balance import Motion, Windows, joined, windows
@@ -40,20 +39,18 @@ _LIKELY = (0.5 / np.pi, 0.25, 0.5, 2.0, 4.0)
 _BETWEEN = 0.067
 """Distance of the others' logarithms that are tried first."""
 _LOGARITHMS = np.sort([*np.arange(-24, 25) * _BETWEEN, *np.log(_LIKELY[1:])])
-_REFINED = 6
-"""The best minima among them are refined: of fast motion the misfit has many."""
 _NONE = 1e30
 _NEAREST = 0.2
 """Least logarithm of a factor that no effect of the rig is like: one within a tenth is an effect itself, and drag or
 friction that no balance knows may look like more."""
-_BESIDE = 0.1
-"""Weight of the residual's spread beside the share that noise does not explain."""
 _ENOUGH = 1500
 """Windows: of more, only some are taken, for neighbours overlap."""
-_FAR_LESS = 0.1
-"""A likely factor is taken where it leaves less than this share of what is left without it, ..."""
 _EXPLAINED = 0.003
-"""... and no more than this."""
+"""What leaves no more than this leaves next to nothing: a likely factor is taken only then."""
+SOME = 0.05
+"""Share of the windows, in which more is left than noise leaves, that is looked at."""
+_CLEARLY = 0.05
+"""Of two factors the likelier one has a misfit that is less by this."""
 _WITHIN = 3e-4
 """Accuracy of the logarithm."""
 
@@ -101,10 +98,13 @@ def outer_meanings(recorded: Recorded, options: TrialOptions) -> list[Balance]:
     return [balance for balance in tried if balance]
 
 
-def other_meanings(recorded: Recorded, options: TrialOptions, least: float) -> Iterator[Balance | None]:
-    """Yield the balances with readings over a factor and, where much is left, with other zeros and joints exchanged."""
+def other_meanings(recorded: Recorded, options: TrialOptions, least: float, beyond: float) -> Iterator[Balance | None]:
+    """Yield the balances with readings over a factor and, where much is left, with other zeros and joints exchanged.
+
+    `least` is what is left without, `beyond` noise in such a share of the windows.
+    """
     from_zero = options.zero == "upright" and options.scale_from == "hanging"
-    yield _best_scale(recorded, options, any_factor=least > GOOD, from_zero=from_zero)
+    yield _best_scale(recorded, options, least, beyond, from_zero=from_zero)
     if least > GOOD:
         moved = _with_other_zeros(recorded, outer_meanings(recorded, options))
         yield best_of(other for other in moved if other.lumped.is_certain)
@@ -145,12 +145,25 @@ def best_of(balances: Iterable[Balance]) -> Balance | None:
     return min(possible, key=lambda balance: balance.lumped.unexplained, default=None)
 
 
-def _best_scale(recorded: Recorded, options: TrialOptions, *, any_factor: bool, from_zero: bool) -> Balance | None:
+def explains_more(other: Balance, unexplained: float, beyond: float) -> bool:
+    """Return whether it leaves far less than an unexplained share of the acceleration, or next to nothing in far more.
+
+    `beyond` is the share of the windows in which the balance does not hold up to noise. A meaning that is wrong may
+    hold in the others, as a wrong factor does where the rods swing little; that a hand acts is left by any.
+    """
+    in_more = beyond > SOME and other.lumped.beyond < MUCH_BETTER * beyond
+    return other.lumped.unexplained < MUCH_BETTER * unexplained or (in_more and other.lumped.unexplained <= _EXPLAINED)
+
+
+def _best_scale(
+    recorded: Recorded, options: TrialOptions, least: float, beyond: float, *, from_zero: bool
+) -> Balance | None:
     """Return the balance under the meaning of the angles with the factor with which forces balance best.
 
-    A likely factor is taken where it leaves next to nothing. None where no factor is possible, or the best one is so
-    near to one that something else may act like it. Others than likely factors are tried with `any_factor`, and
-    readings that are right at zero (`scale_from`) with `from_zero`.
+    A likely factor is taken where it explains more than what leaves `least`, `beyond` noise in such a share of the
+    windows. None where no factor is possible, or the best one is so near to one that something else may act like it.
+    Other factors are tried where that is much, or a little of one would explain more, and readings that are right at
+    zero (`scale_from`) with `from_zero`.
     """
     apart = max(1, sum(map(np.count_nonzero, recorded.moving)) // _ENOUGH)
     some = replace(recorded, moving=tuple(mask & (np.arange(len(mask)) % apart == 0) for mask in recorded.moving))
@@ -165,36 +178,30 @@ def _best_scale(recorded: Recorded, options: TrialOptions, *, any_factor: bool, 
     def tried(choice: int, logarithm: float) -> Balance | None:
         return _possible(balance_of(some, scaled(choice, logarithm)))
 
-    most = min(_FAR_LESS * _left(balance_of(some, options)), _EXPLAINED)
+    def misfit(choice: int, logarithm: float) -> float:
+        other = tried(choice, logarithm)
+        return other.lumped.misfit if other else np.inf
+
     likely = [tried(choice, logarithm) for choice in range(len(choices)) for logarithm in np.log(_LIKELY)]
-    explaining = [other for other in likely if other and _left(other) <= most]
+    explaining = [other for other in likely if other and explains_more(other, least, beyond)]
+    explaining = [other for other in explaining if other.lumped.unexplained <= _EXPLAINED]
     if explaining:
         return _possible(balance_of(recorded, min(explaining, key=lambda other: other.lumped.misfit).meaning))
-    if not any_factor:
+    beside = [misfit(choice, at) for choice in range(len(choices)) for at in (-_BETWEEN, _BETWEEN)]
+    if least <= GOOD and misfit(0, 0.0) < min(beside) + _CLEARLY:
         return None
-    left = np.array([[_left(tried(choice, at)) for at in _LOGARITHMS] for choice in range(len(choices))])
-    is_least = np.isfinite(left) & (left == minimum_filter1d(left, 3, mode="nearest"))
-    minima = sorted(np.argwhere(is_least).tolist(), key=lambda place: left[tuple(place)])
-
-    def refined(choice: int, near: float) -> tuple[float, int, float]:
-        found = minimize_scalar(
-            lambda logarithm: min(_left(tried(choice, logarithm)), _NONE),
-            bounds=(near - _BETWEEN, near + _BETWEEN),
-            method="bounded",
-            options={"xatol": _WITHIN},
-        )
-        return float(found.fun), choice, float(found.x)
-
-    found = [refined(choice, _LOGARITHMS[near]) for choice, near in minima[: _REFINED * len(bases)]]
-    _, choice, logarithm = min(found, default=(np.inf, 0, 0.0))
-    return _possible(balance_of(recorded, scaled(choice, logarithm))) if abs(logarithm) > _NEAREST else None
+    left = np.array([[misfit(choice, at) for at in _LOGARITHMS] for choice in range(len(choices))])
+    choice, near = np.unravel_index(int(np.argmin(left)), left.shape)
+    logarithm = minimize_scalar(
+        lambda logarithm: min(misfit(int(choice), logarithm), _NONE),
+        bounds=(_LOGARITHMS[near] - _BETWEEN, _LOGARITHMS[near] + _BETWEEN),
+        method="bounded",
+        options={"xatol": _WITHIN},
+    ).x
+    best = balance_of(recorded, scaled(int(choice), float(logarithm)))
+    return _possible(best) if abs(logarithm) > _NEAREST else None
 
 
 def _possible(balance: Balance | None) -> Balance | None:
     """Return a balance that is certain to be a double pendulum's."""
     return balance if balance and balance.lumped.is_certain else None
-
-
-def _left(balance: Balance | None) -> float:
-    # The spread decides between factors that leave nothing but noise.
-    return np.inf if balance is None else balance.lumped.unexplained + _BESIDE * balance.lumped.spread

@@ -5,7 +5,7 @@
 Whatever drives its pivot, a pendulum obeys one equation, linear in what is not known. With its angle t, w = t', and the
 speed v of a cart, or of an arm about an upright axis::
 
-    w' + c w + k sign(w) + b [(cos(t) v)' + sin(t) w v] + e sin(2 t) v^2 = G sin(t)
+    w' + c w + k sign(w) + d |w| w + b [(cos(t) v)' + sin(t) w v] + e sin(2 t) v^2 = G sin(t)
 
 without e on a cart, and without b beside something else; with cosines beside the sines, as the angle's zero is not
 known. Of a double pendulum whose inner joint is driven, the outer rod's equation holds, and where the outer joint is
@@ -23,7 +23,7 @@ from cdp_ident.arrays import Array
 from cdp_ident.model.effects.effect import JOINTS, Joint
 from cdp_ident.trial.balance import COLUMNS, Motion, Windows, over_windows, window_weights
 from cdp_ident.trial.lumped import COUPLED
-from cdp_ident.trial.meaning import GOOD, MUCH_BETTER, Balance
+from cdp_ident.trial.meaning import MUCH_BETTER, SOME, Balance
 from cdp_ident.trial.recorded_motion import Recorded
 
 HOLDS = 0.01
@@ -37,11 +37,13 @@ _FEWEST = 60
 """Windows, below which an equation may hold by chance."""
 _BENT = 0.05
 """Across the arc, what goes along a circle varies by this share of its radius at least."""
+_SPEED = 0.99
+"""Correlation from which a column is a speed, though the other's is smoothed."""
 _PIVOTS = {
-    "": 3,
-    "beside something else, which has nothing to do with it": 5,
-    "on a cart (or an arm that turns little), whose position is the other column": 7,
-    "on an arm, whose angle about an upright axis is the other column (Furuta's)": 9,
+    "": 4,
+    "beside something else, which has nothing to do with it": 6,
+    "on a cart (or an arm that turns little), whose position is the other column": 8,
+    "on an arm, whose angle about an upright axis is the other column (Furuta's)": 10,
 }
 """What the other column has to do with a pendulum, and of how many of its `_terms`; without gravity, it is none."""
 _DRIVEN: dict[Joint, tuple[slice, tuple[str, ...]]] = {
@@ -50,7 +52,7 @@ _DRIVEN: dict[Joint, tuple[slice, tuple[str, ...]]] = {
 }
 """The rods whose equations hold together whatever drives a joint, and their terms."""
 
-_WITHOUT = 5
+_WITHOUT = 6
 """Terms of a pendulum with a pivot at rest."""
 _SIGMAS = 3.0
 _WEIGHTLESS = 0.1
@@ -84,11 +86,12 @@ def one_pendulum(recorded: Recorded, balances: Sequence[Balance], given: Balance
     `balances` are those under the meanings that the outer angle can have. The outer rod's alone counts, too: it is a
     pendulum on a pivot that moves.
     """
-    if given and given.lumped.may_be_rods and given.lumped.unexplained <= GOOD:
+    if given and given.lumped.may_be_rods and given.lumped.beyond <= SOME:
         return None
     found = pendulum(recorded)
     rods = [balance for balance in balances if balance.lumped.may_be_rods]
-    left = [min(of.lumped.unexplained, unexplained_beside(of.trusted, "inner")) for of in rods]
+    left = [unexplained_beside(of.trusted, "inner") for of in rods]
+    left += [of.lumped.unexplained for of in rods if of.lumped.beyond <= SOME]
     return found if found and found.unexplained < MUCH_BETTER * min(left, default=np.inf) else None
 
 
@@ -135,8 +138,9 @@ def driven(given: Balance) -> str:
 
 def pendulum(recorded: Recorded) -> Pendulum | None:
     """Return the pendulum that one of two recorded columns looks like; None where neither does."""
-    if circle := _on_circle(np.concatenate([motion.angles for motion in recorded.motions])):
-        return circle
+    points, speeds = (np.concatenate([getattr(of, name) for of in recorded.motions]) for name in ("angles", "rates"))
+    if other := _on_circle(points) or _of_speed(points, speeds):
+        return other
     found = [one for place in range(2) if (one := pendulum_of(recorded, place))]
     # What both leave next to nothing of is the simpler one: a free cart goes with its pendulum.
     return min(found, key=lambda one: (max(one.unexplained, _NOTHING), one.terms), default=None)
@@ -168,13 +172,22 @@ def _on_circle(points: Array) -> Pendulum | None:
     return Pendulum(words, off / radius, max(_PIVOTS.values())) if is_bent and off < HOLDS * radius else None
 
 
+def _of_speed(points: Array, speeds: Array) -> Pendulum | None:
+    """Return that one of two columns (n, 2) goes with the speed of the other, in any unit; None where neither does."""
+    with np.errstate(invalid="ignore"):  # a column that stands still goes with nothing
+        alike = [abs(float(np.corrcoef(points[:, 1 - place], speeds[:, place])[0, 1])) for place in range(2)]
+    place = int(np.argmax(alike))
+    words = f"one joint's angle (the {JOINTS[place]} column) and its speed (correlation {alike[place]:.3f})"
+    return Pendulum(words, np.sqrt(1.0 - alike[place] ** 2), max(_PIVOTS.values())) if alike[place] > _SPEED else None
+
+
 def pendulum_of(recorded: Recorded, place: int) -> Pendulum | None:
     """Return the pendulum of which one of two recorded columns looks like the angle; None where it does not."""
     parts = zip(recorded.motions, recorded.moving, strict=True)
     rows = np.concatenate([_terms(motion, place)[moving] for motion, moving in parts])
     of_angle, of_pivot = recorded.motions[0].gain * recorded.motions[0].angle_noise[[place, 1 - place]] ** 2
     left = {
-        pivot: _left(rows[:, :terms], lambda of: float(of_angle + of_pivot * np.sum(of[4:6] ** 2)))
+        pivot: _left(rows[:, :terms], lambda of: float(of_angle + of_pivot * np.sum(of[5:7] ** 2)))
         for pivot, terms in _PIVOTS.items()
     }
     # A simpler one will do where it leaves next to nothing, or not far more.
@@ -186,14 +199,24 @@ def pendulum_of(recorded: Recorded, place: int) -> Pendulum | None:
 
 
 def _terms(motion: Motion, place: int) -> Array:
-    """Return the terms (k, 9) of a pendulum's equation in windows, with one column as its angle."""
+    """Return the terms (k, 10) of a pendulum's equation in windows, with one column as its angle."""
     value, slope = window_weights(motion.scales.spacing)
     (t, _), (w, v) = (np.roll(of, -place, axis=1).T for of in (motion.angles, motion.rates))
     s, c = np.sin(t), np.cos(t)
     direction = erf(w / (np.sqrt(2.0) * motion.scales.slow))
-    torques = [w, direction, -s, -c, s * w * v, -c * w * v, np.sin(2.0 * t) * v**2, np.cos(2.0 * t) * v**2]
+    torques = [
+        w,
+        direction,
+        np.abs(w) * w,
+        -s,
+        -c,
+        s * w * v,
+        -c * w * v,
+        np.sin(2.0 * t) * v**2,
+        np.cos(2.0 * t) * v**2,
+    ]
     terms = np.column_stack([over_windows(of, value) for of in (np.zeros_like(w), *torques)])
-    for k, momentum in ((0, w), (5, c * v), (6, s * v)):
+    for k, momentum in ((0, w), (6, c * v), (7, s * v)):
         terms[:, k] += over_windows(momentum, slope)
     return terms
 

@@ -311,6 +311,7 @@ def test_titles_tell_what_columns_are(titles, found):
     [
         ("packet,time_us,angle", [2]),
         ("pwm,time_us,position,angle", [3]),
+        ("time,pend_duty,pend,dutycycle,pwmLeft,motorPWM", [2]),
         ("t,theta,theta_sim", [1]),
         ("t,measured [deg],model [deg]", [1]),
         ("time,tip x,tip y", []),

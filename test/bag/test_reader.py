@@ -143,13 +143,15 @@ def test_messages_that_are_no_joint_states_are_dropped_and_counted(tmp_path):
     ("raw", "cause"),
     [
         (serialize_joint_state((), (), START), "name no joint"),
+        (serialize_joint_state(("", ""), (1.0, 2.0), START), "name no joint"),
+        (serialize_joint_state(("a", "a"), (1.0, 2.0), START), "name a joint twice"),
         (
             b"\0\7" + serialize_joint_state(NAMES, (1.0, 2.0), START)[2:],
             "are XCDR2 or parameter lists: expected plain CDR",
         ),
         (serialize_joint_state(NAMES, (1.0, 2.0), START)[:50], "have a text that is longer than the message"),
     ],
-    ids=["no names", "XCDR2", "cut"],
+    ids=["no names", "empty names", "a name twice", "XCDR2", "cut"],
 )
 def test_where_no_message_can_be_used_the_error_says_why(tmp_path, raw, cause):
     with pytest.raises(BagError, match=f"no message on /joint_states .* 7 messages are dropped: 7 ({cause})"):
