@@ -23,7 +23,7 @@ from cdp_ident.fit.roles import assign_roles
 from cdp_ident.fit.scales import scales_of
 from cdp_ident.fit.thinning import thinned
 from cdp_ident.likelihood.gauss_newton import GaussNewton
-from cdp_ident.likelihood.maxima import CLOSE_ENOUGH, NEAR, best_of
+from cdp_ident.likelihood.maxima import CLOSE_ENOUGH, NEAR, best_of, likelier_maximum
 from cdp_ident.likelihood.noise import Noise
 from cdp_ident.likelihood.recorded import fitted_recorded, states_of
 from cdp_ident.likelihood.whole_swing import WholeSwings
@@ -176,7 +176,7 @@ def _paper_s_model(
         raise IdentificationError(
             f"the paper's model cannot be fitted ({failures[0]}): check L, g and the nominal values"
         )
-    return found, lost
+    return likelier_maximum(found), lost
 
 
 def _weights_differ(fit: Sequence[Trial], holdout: Sequence[Trial]) -> bool:
