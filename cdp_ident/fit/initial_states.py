@@ -27,8 +27,9 @@ OUTLIER = 6.0
 _ENOUGH = 1e-4
 """Steps end where one changes residuals by less than this share of their squares: errors are as exact as that."""
 _UNSEEN = 1e-6
-"""A direction of the initial state that moves the angles by less than this share of what another one does is left as
-the samples show it: a joint that stops at once hides the speed that it begins with."""
+"""A direction of the initial state that moves the angles by less than this share of itself (root mean square) is left
+as the samples show it: a joint that stops at once hides the speed that it begins with. What others move them by does
+not matter: where motion is chaotic, that is thousands of times more."""
 _MOST_STEPS = 12
 """Steps of a window: three or four do, unless joints that stick make them go to and fro."""
 _SHARES = 0.25 ** np.arange(6)
@@ -166,7 +167,9 @@ class _Shooting:
 
         by_start = (slopes @ np.array(by_first)[piece]).reshape(-1, n)
         target = residuals.ravel() - moved(np.array(joined))
-        first = np.linalg.lstsq(by_start, target, rcond=_UNSEEN)[0]
+        of_angles, sizes, of_start = np.linalg.svd(by_start, full_matrices=False)
+        seen = sizes > _UNSEEN * np.sqrt(len(by_start))
+        first = of_start[seen].T @ (of_angles[:, seen].T @ target / sizes[seen])
         change = np.array(by_first) @ first + joined
         left = target - by_start @ first
         return change, float(np.sum(moved(change) ** 2)) <= _ENOUGH * float(left @ left)

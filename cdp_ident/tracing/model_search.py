@@ -166,11 +166,7 @@ class ModelSearch:
             if not hides_more(best) and (self.cost(best) < 0.0 or some is hidden):
                 break
             tried += self._fit_all(some, min(best.misfit, self.best.misfit))
-            before, (best, what) = best, self._most_probable(tried)
-            if best is not before and hides_more(best) and self.cost(best) < imitated(best):
-                # Torques may follow what it explains: without them it may be far more likely.
-                best = self.fitted[_key(best.model)] = likelier_maximum(best)
-                tried.append((best, what))
+            best, _ = self._most_probable(tried)
         ranked = sorted(tried, key=lambda pair: self.cost(pair[0]))
         probable = [pair for pair in ranked if self.cost(pair[0]) < 0.0 and self._errors.explains(pair[0], self.best)]
         if probable:
@@ -232,8 +228,6 @@ class ModelSearch:
         promising = additions(origin, self._lasting(origin), behind)
         present = first(additions(self.best, self.scores))
         instants = [each for each in present if each.model.effects[-1].effect.at_an_instant]
-        for key in {_key(each.model) for each in instants} & self.fitted.keys():
-            self.fitted[key] = likelier_maximum(self.fitted[key])
         # What an extended model has more, unknown torques follow as well as it would.
         anew = [replace(each, again=True) for each in (*first(promising), *extended_models(origin))]
         return self._move([*anew, *instants], "added")
@@ -389,7 +383,11 @@ class ModelSearch:
             odds = unlikelihood(begun[0].model.effects[-1], self._recorded)
             if not min(search.expected_misfit() for search in searches) + odds < begun[0].origin.misfit:
                 return None, []
-        return best_of(searches, to_beat + _HOPELESS)
+        found, failures = best_of(searches, to_beat + _HOPELESS)
+        if found and hides_more(found) and self.cost(found) < imitated(found):
+            # Torques may follow what it explains: without them it may be far more likely.
+            found = likelier_maximum(found)
+        return found, failures
 
 
 _HOPELESS = 30.0

@@ -105,6 +105,16 @@ def test_the_state_of_an_encoder_with_a_mode_of_its_own_is_fitted_however_little
     assert followed.rmse() < 1e-6
 
 
+def test_a_state_that_shows_for_some_samples_is_fitted_though_the_rods_motion_is_chaotic():
+    model = MODEL.with_effect(ActiveEffect(EFFECTS["encoder_filter.outer.first order"]))
+    values, start = np.append(TRUTH, 7e-3), (np.pi - 2.5, np.pi - 2.9, 16.0, -16.0)
+    trial = twin(np.random.default_rng(0), TABLE_5, start)
+    (whole,) = cut_into_windows([trial], 10.0)
+    theta = model.predict(values, model.initial_state(np.array(start)), whole)
+    followed = fit_initial_states(model, values, cut_into_windows([replace(trial, theta=theta)], 10.0))
+    assert followed.rmse() < 1e-6
+
+
 def test_a_state_that_an_effect_brings_stays_near_where_it_can_be_though_the_motion_hardly_shows_it():
     windows = cut_into_windows([standard_twin(np.random.default_rng(0))], 1.25)[:3]
     model, values = (
