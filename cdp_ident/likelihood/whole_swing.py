@@ -117,6 +117,20 @@ class WholeSwings:
             shown, expected = self.noise.angles(np.array([True, True])), np.sqrt(np.cumsum(expected**2))
         return np.asarray(self.joints_missing | (shown > LARGER * expected))
 
+    def noise_of_angles(self, shown: Array) -> Array:
+        """Return the noise (2,) of theta1 and theta2 [rad], with errors of time and what lasts for less than a node.
+
+        Args:
+            shown: (2,) what samples show of it from one to the next [rad].
+        """
+        swings = self.recorded.swings
+        step = float(np.median(np.concatenate([np.diff(swing.time) for swing in swings])))
+        lasts = -step / np.log(np.clip(self.noise.kept, 1e-9, 1.0 - 1e-9))
+        angles = self.noise.angles(lasts < min(swing.spacing for swing in swings))
+        squares = [np.mean(np.cumsum(linear.rates, axis=1) ** 2, axis=0) for linear in self.linear]
+        late = self.noise.time * np.sqrt(np.max(squares, axis=0))
+        return np.asarray(np.maximum(shown, np.hypot(late, angles)))
+
     @property
     def base_moves(self) -> bool:
         """Whether the base moves."""

@@ -28,6 +28,7 @@ from cdp_ident.tracing.neighbours import (
     Neighbour,
     additions,
     at_the_place_of,
+    beside_rivals,
     extended_models,
     extended_replacements,
     first,
@@ -120,6 +121,7 @@ class ModelSearch:
             if self._move(neighbours, "added", hidden):
                 if self.best.model.effects[-1].effect.curve is not None:
                     self._spell_out(before)
+                self._exchange_for_rivals(before)
                 self._simplify()
             elif self._other_maxima() or self._zeros() or self._replace() or self._look_ahead():
                 self._simplify()
@@ -264,6 +266,12 @@ class ModelSearch:
         named, added = tried[-1] if tried else (before, ())
         if self.cost(named) < 0.0 and self._errors.explains(named, self.best):
             self._note(f"exchanged for {' and '.join(added)}", named, tried)
+
+    def _exchange_for_rivals(self, before: WholeSwings) -> None:
+        """Try what was added last beside other models than the one that was the best one before, if more is hidden."""
+        if hides_more(self.best) and len(self.best.model.effects) > len(before.model.effects):
+            rivals = sorted(self.fitted.values(), key=self.cost)
+            self._move([*beside_rivals(self.best, before, rivals)], "exchanged for")
 
     def _look_ahead(self) -> bool:
         """Add more to what is more probable than the best model, but explains nothing over windows.

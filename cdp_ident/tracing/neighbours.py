@@ -3,6 +3,7 @@
 """Models that differ from one by an effect: what may be added, what may take an effect's place, what may go."""
 
 import math
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, islice
@@ -326,6 +327,28 @@ def replacements(
             continue  # there is nothing more that it could explain
         if effect != own and in_its_place < min(least, _PROMISES):
             yield _with(without, score.active, score.values)
+
+
+def beside_rivals(found: WholeSwings, before: WholeSwings, rivals: Sequence[WholeSwings]) -> Iterator[Neighbour]:
+    """Yield models in which what was added last is beside the best rival of each effect that was there before.
+
+    Which of two effects is the more probable one may be another, once what they both lack is there.
+
+    Args:
+        found: a model.
+        before: the one that it was, with one effect less.
+        rivals: other models, the most probable first.
+    """
+    *_, added = found.model.effects
+    values = found.values[found.model.places(len(found.model.effects) - 1)]
+    for active in before.model.effects:
+        others = Counter(before.model.effects) - Counter([active])
+        for rival in rivals:
+            instead = [*(Counter(rival.model.effects) - others)]
+            if len(rival.model.effects) == len(before.model.effects) and len(instead) == 1 and instead != [active]:
+                if not _in_the_way(added.effect, instead[0].effect):
+                    yield replace(_with(rival, added, values), what=(instead[0].key,))
+                break
 
 
 def extended_replacements(found: WholeSwings, replacement: Neighbour, without: WholeSwings) -> Iterator[Neighbour]:

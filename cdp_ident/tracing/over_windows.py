@@ -12,6 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from cdp_ident.arrays import Array
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.initial_states import fit_initial_states
 from cdp_ident.fit.windows import Window
@@ -26,8 +27,8 @@ models the one that leaves less than that of what the other one does explains mo
 class OverWindows:
     """Errors of models over windows."""
 
-    def __init__(self, windows: Sequence[Window], noise: float) -> None:
-        """Take windows that were fitted, and the root mean square of both angles' noise [rad]."""
+    def __init__(self, windows: Sequence[Window], noise: Array) -> None:
+        """Take windows that were fitted, and the noise (2,) that samples show of theta1 and theta2 [rad]."""
         self._windows, self._noise = windows, noise
         self._known: dict[int, tuple[WholeSwings, float]] = {}
 
@@ -40,14 +41,18 @@ class OverWindows:
             return True
         if size_of(found.model) <= size_of(than.model):
             return not self.leaves_less(than, found)
-        return self._error_of(than) <= LARGER * self._noise or self.leaves_less(found, than)
+        return self._error_of(than) <= LARGER * self._noise_of(than) or self.leaves_less(found, than)
 
     def leaves_less(self, found: WholeSwings, than: WholeSwings) -> bool:
         """Return whether a model leaves less than a share of what another one leaves, if that is more than noise."""
-        before = self._error_of(than)
-        if before <= LARGER * self._noise:
+        before, noise = self._error_of(than), self._noise_of(than)
+        if before <= LARGER * noise:
             return False
-        return self._error_of(found) ** 2 - self._noise**2 < _LEFT * (before**2 - self._noise**2)
+        return self._error_of(found) ** 2 - noise**2 < _LEFT * (before**2 - noise**2)
+
+    def _noise_of(self, found: WholeSwings) -> float:
+        """Return the root mean square of both angles' noise, as far as a model tells what is noise [rad]."""
+        return float(np.sqrt(np.mean(found.noise_of_angles(self._noise) ** 2)))
 
     def _error_of(self, found: WholeSwings) -> float:
         """Return the error of a model [rad], infinite where it has no motion, and nothing without windows."""

@@ -49,7 +49,7 @@ def select_effects(
         expected: effects found on the rig before, which are tried first.
     """
     data = found.data.over_shorter_windows(found.data.scales.half_swing)
-    errors = OverWindows(shared(data.fit, found.enough), data.noise_level)
+    errors = OverWindows(shared(data.fit, found.enough), data.noise)
     search = ModelSearch(found.whole, say, stop, trying, found.options.named_effects_only, errors)
     interrupted, without = False, tuple[WholeSwings | None, ...]()
     try:

@@ -177,7 +177,8 @@ def judged(
         alike = not any(active.is_difference for active in chosen.model.effects)
         more = whole is None or np.any(whole.leaves_more) or (remains.significant and alike)
         if more:
-            selection = where_more_remains(selection, after.holdout.rmse(), without, data.noise_level)
+            noise = float(np.sqrt(np.mean((whole.noise_of_angles(data.noise) if whole else data.noise) ** 2)))
+            selection = where_more_remains(selection, after.holdout.rmse(), without, noise)
         effects = found_effects(selection, after, completed.fit, without, completed.covariance, completed.inertia)
     return Trace(
         selection=selection,

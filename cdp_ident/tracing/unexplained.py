@@ -10,7 +10,6 @@ import numpy as np
 
 from cdp_ident.arrays import Array
 from cdp_ident.diagnosis.identification import GUESSED, Inertia
-from cdp_ident.likelihood.maxima import NEAR
 from cdp_ident.likelihood.whole_swing import LARGER, WholeSwings
 from cdp_ident.model.effects.effect import JOINTS, Joint
 from cdp_ident.tracing.final_model import FinalModel
@@ -50,7 +49,7 @@ def unexplained(final: FinalModel, whole: WholeSwings | None, noise: Array, iner
         worst = int(np.argmax(errors / noise))
         more = bool(np.any(errors > LARGER * noise))
         return Unexplained(more, JOINTS[worst], times, np.zeros(2), "what remains could not be examined")
-    over_noise = errors / _noise_of_angles(noise, whole)
+    over_noise = errors / whole.noise_of_angles(noise)
     worst = int(np.argmax(over_noise))
     missing = MissingTorque.of(whole)
     over_inertia = np.sqrt(np.mean(missing.torque**2 + missing.std**2, axis=0))
@@ -70,7 +69,7 @@ def unexplained(final: FinalModel, whole: WholeSwings | None, noise: Array, iner
         if said:
             words.append(f"and torques that matter less than that, {said} (root mean square){moved}")
         return Unexplained(False, JOINTS[worst], times, torque, ", ".join(words))
-    fitted = np.array([final.fit.rmse(angle) for angle in range(2)]) / _noise_of_angles(noise, whole)
+    fitted = np.array([final.fit.rmse(angle) for angle in range(2)]) / whole.noise_of_angles(noise)
     if any(active.is_difference for active in whole.model.effects) and not np.any(fitted > LARGER):
         words = [f"held-out motion is {times:.2g} times its noise off, as trials differ from one another"]
     elif not said:
@@ -100,16 +99,6 @@ def _size(torque: float, inertia: Inertia) -> str:
     if inertia.relative_std > GUESSED:
         return f"{torque:.2g} 1/s² over A22"
     return f"{1e3 * inertia.value * torque:.2g} mN m"
-
-
-def _noise_of_angles(noise: Array, whole: WholeSwings) -> Array:
-    """Return the noise (2,) of theta1 and theta2, with errors of time and what is remembered from node to node."""
-    steps = float(np.median(np.concatenate([np.diff(swing.time) for swing in whole.recorded.swings])))
-    lasts = -steps / np.log(np.clip(whole.noise.kept, 1e-9, 1.0 - 1e-9))
-    angles = whole.noise.angles(lasts < NEAR * whole.recorded.time_unit)
-    squares = [np.mean(np.cumsum(linear.rates, axis=1) ** 2, axis=0) for linear in whole.linear]
-    late = whole.noise.time * np.sqrt(np.max(squares, axis=0))
-    return np.asarray(np.maximum(noise, np.hypot(late, angles)))
 
 
 @dataclass(frozen=True)

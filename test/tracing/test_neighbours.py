@@ -16,6 +16,7 @@ from cdp_ident.tracing.missing_torque import MissingTorque
 from cdp_ident.tracing.neighbours import (
     additions,
     at_the_place_of,
+    beside_rivals,
     extended_models,
     extended_replacements,
     hidden_by_torques,
@@ -295,3 +296,21 @@ def test_how_sure_a_strength_is_does_not_depend_on_the_units_of_what_is_beside_i
     model = clean.model.with_effect(ActiveEffect(known("pivot_compliance.base.oscillating")))
     values, std = [*clean.values, 2.7e-7, 103.0, 0.3], [*np.ones(len(clean.values)), 2.7e-10, 0.26, 1.9e-3]
     assert strength(model, np.array(values), np.diag(np.square(std)), 0) == pytest.approx(1e6)
+
+
+def test_what_was_added_last_is_tried_beside_the_best_rival_of_each_effect_before(rubbing):
+    def beside(found, key, value):
+        model = found.model.with_effect(ActiveEffect(known(key)))
+        return replace(found, model=model, values=np.append(found.values, value))
+
+    before, rival, other = (
+        beside(rubbing, key, 1e-3) for key in ("time_offset.outer", "encoder_filter.outer", "encoder_offset.outer")
+    )
+    found = beside(before, "encoder_scale.inner", 0.02)
+    (tried,) = beside_rivals(found, before, [found, before, rival, other, rubbing])
+    assert tried.what == ("encoder_filter.outer",)
+    assert tried.model.labels == ("encoder_filter.outer", "encoder_scale.inner")
+    np.testing.assert_array_equal(tried.values, [*rival.values, 0.02])
+    assert not [*beside_rivals(found, before, [found, before, rubbing])]
+    # What the addition is another form of is not beside it.
+    assert not [*beside_rivals(beside(before, "encoder_filter.outer.first order", 0.01), before, [rival])]

@@ -13,7 +13,7 @@ from cdp_ident.tracing.over_windows import OverWindows
 from scenarios.swings import NOISE, known, measured, motion, with_effect
 
 DRY = "coulomb_friction.outer"
-MISSING = np.array([False, True])
+MISSING, SHOWN = np.array([False, True]), np.full(2, NOISE)
 
 
 @pytest.fixture(scope="module")
@@ -22,7 +22,7 @@ def windows():
 
 
 def test_an_effect_that_is_there_explains_what_one_that_is_not_does_not(rubbing, windows):
-    over = OverWindows(windows, NOISE)
+    over = OverWindows(windows, SHOWN)
     there, not_there = (
         replace(with_effect(rubbing, key, value), is_missing=MISSING)
         for key, value in ((DRY, 5e-3), ("encoder_scale.inner", 1e-4))
@@ -39,12 +39,19 @@ def test_an_effect_that_is_there_explains_what_one_that_is_not_does_not(rubbing,
 
 def test_nothing_is_asked_where_noise_alone_is_left_or_there_are_no_windows(rubbing, windows):
     not_there = replace(with_effect(rubbing, "encoder_scale.inner", 1e-4), is_missing=MISSING)
-    assert OverWindows(windows, 1.0).explains(not_there, rubbing)
-    assert not OverWindows(windows, 1.0).leaves_less(rubbing, not_there)
-    assert OverWindows([], NOISE).explains(not_there, rubbing)
+    assert OverWindows(windows, np.ones(2)).explains(not_there, rubbing)
+    assert not OverWindows(windows, np.ones(2)).leaves_less(rubbing, not_there)
+    assert OverWindows([], SHOWN).explains(not_there, rubbing)
+
+
+def test_errors_of_time_are_noise_that_no_effect_explains(rubbing, windows):
+    not_there = replace(with_effect(rubbing, "encoder_scale.inner", 1e-4), is_missing=MISSING)
+    late = replace(rubbing, noise=replace(rubbing.noise, time=0.01))
+    assert np.all(late.noise_of_angles(SHOWN) > 10.0 * NOISE)
+    assert OverWindows(windows, SHOWN).explains(not_there, late)
 
 
 def test_a_model_without_a_motion_explains_nothing(rubbing, windows):
     model, lost = rubbing.model.with_effect(ActiveEffect(known(DRY))), np.append(rubbing.values, np.nan)
     without = replace(rubbing, model=model, values=lost, is_missing=MISSING)
-    assert not OverWindows(windows, NOISE).explains(without, rubbing)
+    assert not OverWindows(windows, SHOWN).explains(without, rubbing)
