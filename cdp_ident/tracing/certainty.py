@@ -16,7 +16,7 @@ from scipy.special import softmax
 from cdp_ident.arrays import Array
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.likelihood.whole_swing import LARGER, WholeSwings
+from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.effects.effect import Effect
 from cdp_ident.tracing.model_search import SEVERAL, ModelSearch
 from cdp_ident.tracing.neighbours import strength
@@ -136,7 +136,7 @@ def where_more_remains(selection: Selection, error: float, without: Sequence[flo
     """Return a selection whose names are less sure: each may be a part of what the catalogue lacks.
 
     None is more than probable, and none beside which more than a share remains of what is left of the held-out motion
-    without it; but where the error is the noise's, give or take what noise is taken for.
+    without it.
 
     Args:
         selection: with effects, beside which more than noise remains.
@@ -144,8 +144,6 @@ def where_more_remains(selection: Selection, error: float, without: Sequence[flo
         without: the same without each effect; not a number where it cannot be computed.
         noise: the encoders' [rad].
     """
-    if error <= LARGER * noise:
-        return selection
     remains = error**2 - noise**2
     less_sure: dict[Certainty, Certainty] = {"named": "probable", "probable": "acts_like", "acts_like": "acts_like"}
     weaker = replace(selection, certainty=tuple(less_sure[one] for one in selection.certainty))

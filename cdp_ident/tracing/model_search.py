@@ -38,7 +38,7 @@ from cdp_ident.tracing.neighbours import (
     scores_of,
     simplifications,
 )
-from cdp_ident.tracing.odds import cost, imitated, size_of, unlikelihood
+from cdp_ident.tracing.odds import at_least, cost, imitated, size_of, unlikelihood
 from cdp_ident.tracing.over_windows import OverWindows
 from cdp_ident.tracing.selection import Step, Tried
 from cdp_ident.tracing.shaped_like import shaped_like_the_last
@@ -279,10 +279,12 @@ class ModelSearch:
         Of several effects each may explain little of the motion while the others are missing. Once they are there, each
         has to.
         """
-        start, tried = min(self.fitted.values(), key=self.cost), list[_Fitted]()
-        for ahead, added in self._grown(start, self._named_only) if self.cost(start) < 0.0 else ():
+        larger = [found for found in self.fitted.values() if size_of(found.model) > size_of(self.best.model)]
+        start, tried = min(larger, key=self.cost, default=self.best), list[_Fitted]()
+        promises = start is not self.best and at_least(start, self.best) < 0.0
+        for ahead, added in self._grown(start, self._named_only) if promises else ():
             tried.append((ahead, added))
-            if self._errors.explains(ahead, self.best):
+            if self.cost(ahead) < 0.0 and self._errors.explains(ahead, self.best):
                 kept = self._with_what_explains(ahead)
                 there = [active.effect.key for active in self.best.model.effects]
                 new = [active.key for active in kept.model.effects if active.effect.key not in there]
@@ -392,7 +394,7 @@ class ModelSearch:
             if not min(search.expected_misfit() for search in searches) + odds < begun[0].origin.misfit:
                 return None, []
         found, failures = best_of(searches, to_beat + _HOPELESS)
-        if found and hides_more(found) and self.cost(found) < imitated(found):
+        if found and hides_more(found) and at_least(found, self.best) < 0.0:
             # Torques may follow what it explains: without them it may be far more likely.
             found = likelier_maximum(found)
         return found, failures

@@ -252,6 +252,7 @@ def hidden_by_torques(found: WholeSwings) -> Iterator[Neighbour]:
     """
     if not hides_more(found):
         return
+    unit = found.recorded.time_unit
     torque = dict(zip(JOINTS, np.sqrt(np.mean(MissingTorque.of(found).torque ** 2, axis=0)).tolist(), strict=True))
     dry = [e for e in known_effects() if e.dry and not e.contains and len(e.parameters) == 1 and torque[e.joint] > 0.0]
     for holding in (each for count in range(1, len(dry) + 1) for each in combinations(dry, count)):
@@ -265,7 +266,7 @@ def hidden_by_torques(found: WholeSwings) -> Iterator[Neighbour]:
         begins, of_each = list[dict[str, float]](), 1
         if effect.swings:
             (frequency,) = (p for p in ActiveEffect(effect).fitted if p.shape and p.begins)
-            begins = [{frequency.name: f * typical(frequency, found.recorded.time_unit)} for f in _FREQUENCIES]
+            begins = [{frequency.name: f * typical(frequency, unit)} for f in _FREQUENCIES]
         elif effect.remembers:
             strength, of_each = torque[effect.joint], len(SHAPES)
             begins = [{effect.parameters[0].name: strength}] if strength > 0.0 else []
@@ -274,6 +275,13 @@ def hidden_by_torques(found: WholeSwings) -> Iterator[Neighbour]:
         for known in begins:
             for values in islice(_beginnings(found, known, effect), of_each):
                 yield replace(_with(found, ActiveEffect(effect), np.array(values)), again=True)
+    # What both encoders do alike hardly shows in one of them: filters, and play.
+    for pair in combinations([e for e in known_effects() if e.states == 1 and not e.moves], 2):
+        if pair[0].law == pair[1].law:
+            both = [*map(ActiveEffect, pair)]
+            usual = [typical(parameter, unit) for active in both for parameter in active.fitted]
+            model, what = found.model.with_effect(both[0]).with_effect(both[1]), tuple(active.key for active in both)
+            yield Neighbour(model, np.concatenate([found.values, usual]), what, found)
 
 
 def _beginnings(found: WholeSwings, known: Mapping[str, float], effect: Effect) -> Iterator[list[float]]:
@@ -327,6 +335,8 @@ def replacements(
             continue  # there is nothing more that it could explain
         if effect != own and in_its_place < min(least, _PROMISES):
             yield _with(without, score.active, score.values)
+            # The motion is known with the effect: what moves the rods alike may be at a better maximum from there.
+            yield replace(_instead(found, index, score.active, score.values.tolist()), again=True)
 
 
 def beside_rivals(found: WholeSwings, before: WholeSwings, rivals: Sequence[WholeSwings]) -> Iterator[Neighbour]:

@@ -14,7 +14,7 @@ from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.errors import FitFailedError, IdentificationError
 from cdp_ident.fit.initial_states import fit_initial_states
 from cdp_ident.fit.physical import PhysicalValues
-from cdp_ident.likelihood.whole_swing import WholeSwings
+from cdp_ident.likelihood.whole_swing import LARGER, WholeSwings
 from cdp_ident.model.parameters import groups_of, inertia_about_cart
 from cdp_ident.tracing.certainty import shown_by, where_more_remains
 from cdp_ident.tracing.final_model import FinalModel, final_values, is_worse
@@ -175,10 +175,11 @@ def judged(
     effects: tuple[FoundEffect, ...] = ()
     if selection:
         alike = not any(active.is_difference for active in chosen.model.effects)
-        more = whole is None or np.any(whole.leaves_more) or (remains.significant and alike)
-        if more:
-            noise = float(np.sqrt(np.mean((whole.noise_of_angles(data.noise) if whole else data.noise) ** 2)))
-            selection = where_more_remains(selection, after.holdout.rmse(), without, noise)
+        noise = float(np.sqrt(np.mean((whole.noise_of_angles(data.noise) if whole else data.noise) ** 2)))
+        held_out = after.holdout.rmse()
+        may_be_more = whole is None or bool(np.any(whole.leaves_more))
+        if (remains.significant and alike) or (may_be_more and held_out > LARGER * noise):
+            selection = where_more_remains(selection, held_out, without, noise)
         effects = found_effects(selection, after, completed.fit, without, completed.covariance, completed.inertia)
     return Trace(
         selection=selection,

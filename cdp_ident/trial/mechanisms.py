@@ -28,6 +28,8 @@ from cdp_ident.trial.recorded_motion import Recorded
 
 HOLDS = 0.01
 """Share of its acceleration up to which a single equation holds."""
+_NOISE = 0.01
+"""Share of the mean square."""
 _NOTHING = 0.002
 """So much of the acceleration is left by what a motion's grid neglects."""
 _MOST, _OUTLIER = 0.9, 13.0
@@ -225,7 +227,7 @@ def _left(rows: Array, noise: Callable[[Array], float]) -> float:
     """Return the share of the first of some terms (n, k) that the others leave, by least squares without outliers.
 
     `noise` is the variance of the noise in it, by the others' factors. The share is infinite where there are too many
-    outliers, or too few rows.
+    outliers, too few rows, or where noise may be a good part of what is explained.
     """
     kept = np.ones(len(rows), dtype=bool)
     for _ in range(_ROUNDS if len(rows) >= _FEWEST else 0):
@@ -236,5 +238,7 @@ def _left(rows: Array, noise: Callable[[Array], float]) -> float:
     whole = float(np.sum(rows[kept, 0] ** 2))
     if len(rows) < _FEWEST or np.mean(kept) < _MOST or not whole:
         return np.inf
-    left = float(np.sum(squares[kept])) - np.count_nonzero(kept) * noise(factors)
-    return float(np.sqrt(max(left, 0.0) / whole))
+    by_noise = np.count_nonzero(kept) * noise(factors)
+    if by_noise > _NOISE * whole:
+        return np.inf  # where noise may be as much as that, little is left of anything
+    return float(np.sqrt(max(float(np.sum(squares[kept])) - by_noise, 0.0) / whole))

@@ -112,8 +112,6 @@ def test_a_name_is_not_sure_whose_effect_all_that_was_measured_shows_less_than_t
         (2.2e-3, 0.0, "acts_like"),
         # The encoders' noise is no part of what remains.
         *((without, 8e-4, of) for without, of in ((1.6e-3, "probable"), (1.5e-3, "acts_like"), (9e-4, "acts_like"))),
-        # There is hardly more than noise.
-        (1.01e-3, 0.9e-3, "named"),
         # Where it cannot be computed, it is no evidence against the name.
         (np.nan, 0.0, "probable"),
     ],

@@ -178,10 +178,20 @@ def test_modes_of_the_base_are_proposed_with_more_than_the_rods_mass_and_of_enco
     assert len({each.values[-2] for each in behind}) == 3
 
 
+def test_what_both_encoders_do_alike_is_proposed_for_both(rubbing):
+    both = [each for each in hidden_by_torques(rubbing) if len(each.what) == 2]
+    assert [each.what[0] for each in both] == ["encoder_filter.inner.first order", "backlash.inner"]
+    for each in both:
+        assert each.what[1] == each.what[0].replace("inner", "outer")
+        inner, outer = each.values[-2:]
+        assert inner == outer > 0.0
+
+
 def test_dry_friction_is_proposed_in_joints_where_a_torque_is_missing_and_play_everywhere(rubbing, clean):
     dry, *others = hidden_by_torques(rubbing)
     play = [each.what for each in others if each.what[0].startswith("backlash")]
-    assert (dry.what, play) == ((DRY,), [("backlash.inner",), ("backlash.outer",)])
+    both = ("backlash.inner", "backlash.outer")
+    assert (dry.what, play) == ((DRY,), [both[:1], both[1:], both])
     elastic = [each for each in others if each.model.effects[-1].effect.remembers]
     missing = np.sqrt(np.mean(MissingTorque.of(rubbing).torque[:, 1] ** 2))
     assert dry.values[-1] == pytest.approx(missing)
@@ -228,15 +238,18 @@ def test_what_one_trial_has_more_than_the_others_is_proposed_of_effects_that_are
     assert not [each for each in extended_models(again) if each.model.effects[-1].trial == 1]
 
 
-def test_in_the_place_of_an_effect_others_begin_from_the_model_without_it_but_what_does_as_much_beside_it(
+def test_in_the_place_of_an_effect_others_begin_with_the_motion_and_without_it_but_what_does_as_much_beside_it(
     rubbing, scored
 ):
     found = with_effect(rubbing, "joint_spring.outer", *np.zeros(len(known("joint_spring.outer").parameters)))
     alternatives = list(replacements(found, 0, rubbing, scored, beside=[]))
     assert alternatives[0].what == (DRY,)
-    for alternative in alternatives:
-        assert "joint_spring.outer" not in alternative.model.labels
-        np.testing.assert_array_equal(alternative.values[:5], rubbing.values)
+    for without, within in zip(alternatives[::2], alternatives[1::2], strict=True):
+        assert without.what == within.what
+        assert "joint_spring.outer" not in (*without.model.labels, *within.model.labels)
+        np.testing.assert_array_equal(without.values[:5], rubbing.values)
+        np.testing.assert_array_equal(within.values[:5], found.values[:5])
+        assert (without.origin is rubbing, within.origin is found, within.again) == (True, True, True)
     assert DRY in [score.active.effect.key for score in scored]
     assert not list(replacements(found, 0, rubbing, scored, beside=scored))
 
