@@ -36,6 +36,8 @@ def verdict(trace: Trace) -> str:
     else:
         numeral = _NUMERALS[count] if count < len(_NUMERALS) else str(count)
         subject = effect_in_words(effects[0]) if count == 1 else f"{numeral} effects"
+        if count > 1 and all(effect.certainty == "acts_like" for effect in effects):
+            subject += ", or what acts like them,"
     after = withdrawn.holdout if withdrawn else trace.after.holdout.rmse()
     noise, significant = trace.completed.data.noise_level, trace.unexplained.significant
     why, late, before = "no known effect explains it", "", trace.before.holdout.rmse()

@@ -79,7 +79,14 @@ def test_what_cannot_be_told_apart_is_said_with_the_effect(trace):
 def test_several_effects_are_counted_and_named_one_by_one(trace):
     sentence = verdict(replace(trace, effects=trace.effects * 2))
     assert sentence.startswith("Two effects explain 100 % of what the paper's model could not: ")
+
     assert "ry friction" not in sentence
+
+
+def test_of_several_effects_none_of_which_is_sure_it_says_so(trace):
+    unsure = replace(trace.effects[0], certainty="acts_like")
+    sentence = verdict(replace(trace, effects=(unsure, unsure)))
+    assert sentence.startswith("Two effects, or what acts like them, explain 100 % of what ")
 
 
 def test_what_remains_is_said_with_and_without_effects(trace):
