@@ -48,10 +48,13 @@ def _rounded(value: float) -> float:
 
 
 class NextTrial:
-    """Starts of a next trial, whose information is computed once for all criteria and grids."""
+    """Starts of a next trial, whose information is computed once for all criteria and grids.
 
-    def __init__(self, knowledge: Knowledge, grid: Grid) -> None:
-        self.knowledge, self.grid = knowledge, grid
+    Once `ends` returns true no motion is computed any more: what is asked then raises `IdentificationError`.
+    """
+
+    def __init__(self, knowledge: Knowledge, grid: Grid, ends: Callable[[], bool] = lambda: False) -> None:
+        self.knowledge, self.grid, self._ends = knowledge, grid, ends
         self._informations: dict[CandidateTrial, Array | None] = {}
         self._symmetric = False
         self._symmetric = self._is_symmetric()
@@ -96,7 +99,9 @@ class NextTrial:
 
     def _survey(self, loss: Callable[[CandidateTrial], float], loads: Loads, grid: Grid) -> Survey:
         """Return the survey with the load that is best, or without where that is hardly worse."""
-        surveys = [survey(loss, grid, load) for load in loads]
+        surveys = [survey(lambda trial: np.inf if self._ends() else loss(trial), grid, load) for load in loads]
+        if self._ends():
+            raise IdentificationError("it was not looked for to the end")
         unloaded = next((each for each in surveys if not each.trial.weights), None)
         best = min(surveys, key=lambda each: each.expected)
         if unloaded and unloaded.expected <= best.expected + _WORTH_CLAMPING * abs(best.expected):

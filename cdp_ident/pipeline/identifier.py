@@ -243,7 +243,7 @@ class Identifier:
             raise GivenUpError
         if not outcome.trace.failure:
             self._latest = outcome
-        result = Result(report(outcome, self._new_trials), curves(outcome), outcome.trace.failure)
+        result = Result(report(outcome, self._new_trials, ends), curves(outcome), outcome.trace.failure)
         with self._going_on_without("the report cannot be printed"):
             print_document(self._output, document_of(result.report))
         return result

@@ -36,7 +36,9 @@ from cdp_ident.tracing.trace import Trace
 _Found = TypeVar("_Found")
 
 
-def report(outcome: Outcome, new_trials: Sequence[NewTrialCheck] = ()) -> Section:
+def report(
+    outcome: Outcome, new_trials: Sequence[NewTrialCheck] = (), ends: Callable[[], bool] = lambda: False
+) -> Section:
     """Return everything there is to report; plain values, to be written as JSON, as `schema.py` states it.
 
     Texts from outside, such as the names of bags, are fit to be shown.
@@ -44,6 +46,7 @@ def report(outcome: Outcome, new_trials: Sequence[NewTrialCheck] = ()) -> Sectio
     Args:
         outcome: what was found.
         new_trials: how trials that came later fitted before they were seen, in the order in which they came.
+        ends: asked repeatedly; true ends what takes long, the search for the trial to record next.
     """
     job, trace = outcome.loaded.job, outcome.trace
     found, completed = outcome.identification, trace.completed
@@ -51,7 +54,7 @@ def report(outcome: Outcome, new_trials: Sequence[NewTrialCheck] = ()) -> Sectio
     same_model = completed.fit.model.names == found.fit.model.names
     paper = completed if same_model else replace(found, fit=trace.before.fit)
     failures = list(trace.failures)
-    next_trial = next_trial_section(outcome, failures.append)
+    next_trial = next_trial_section(outcome, failures.append, ends)
     residuals = _before_and_after(trace, Whiteness.of)
     section = {
         "schema": SCHEMA,

@@ -50,10 +50,13 @@ class Question:
     forms."""
 
 
-def next_trial_section(outcome: Outcome, failed: Callable[[str], None]) -> Section | None:
+def next_trial_section(
+    outcome: Outcome, failed: Callable[[str], None], ends: Callable[[], bool] = lambda: False
+) -> Section | None:
     """Return the most informative next trials; None where the fit failed.
 
-    Where no motion can be computed there is none either, and `failed` is called with the reason.
+    Where no motion can be computed, or `ends` returns true meanwhile, there is none either, and `failed` is called with
+    the reason.
     """
     trace, data = outcome.trace, outcome.identification.data
     if trace.failure:
@@ -64,7 +67,7 @@ def next_trial_section(outcome: Outcome, failed: Callable[[str], None]) -> Secti
         motion = partial(RecordedMotion.of, trials=data.trials)
         questions = usual_questions(knowledge.model, [effect.also_possible for effect in trace.effects])
         used = [trial.weights for trial in outcome.loaded.trials]
-        advice = answers(knowledge, motion, questions, Grid.of(REPORT_SPACING), used)
+        advice = answers(knowledge, motion, questions, Grid.of(REPORT_SPACING), used, ends)
         assumed = {name: getattr(knowledge.noise, of) for name, of in NOISES.items()}
         assumed["step_rad"] = knowledge.sampling.steps
         section = {"assumed": Also(knowledge.sampling, assumed), "advice": [one for one in advice if one]}
@@ -98,6 +101,7 @@ def answers(
     questions: Sequence[Question],
     grid: Grid,
     weights: Sequence[tuple[Weight, ...]] = (),
+    ends: Callable[[], bool] = lambda: False,
 ) -> Iterator[Section | None]:
     """Yield the best start for each question; None where two effects cannot be compared.
 
@@ -110,14 +114,15 @@ def answers(
         questions: what is asked.
         grid: starts to choose from.
         weights: what the rods may carry; what is given twice is tried once.
+        ends: asked repeatedly; true ends the search for them.
 
     Raises:
-        IdentificationError: none of them has a motion that can be computed.
+        IdentificationError: it is ended, or none of them has a motion that can be computed.
     """
     loads = loads_of(weights)
     showing = loads if knowledge.shows_inertia else loads[1:] or ((telling_weight(knowledge),),)
     knowledge = knowledge.with_weights(weight for load in (*loads, *showing) for weight in load)
-    trials = NextTrial(knowledge, grid)
+    trials = NextTrial(knowledge, grid, ends)
     few = grid if showing[0] in loads else grid.thinned
     for question in questions:
         if question.against:

@@ -116,6 +116,12 @@ def test_what_cannot_be_computed_is_told_and_costs_the_advice_alone(outcome):
     assert told[0].startswith("which trial to record next: ")
 
 
+def test_what_is_asked_to_end_has_no_advice_and_says_so(outcome):
+    told, asked = [], iter([False] * 40)
+    assert next_trial_section(outcome, told.append, lambda: next(asked, True)) is None
+    assert told == ["which trial to record next: it was not looked for to the end"]
+
+
 def test_the_map_has_each_start_and_at_the_one_to_take_a_dot_and_what_the_words_say(read_content):
     (figure,) = advice_map(read_content)
     advice = read_content["next_trial"]["advice"][0]
