@@ -217,8 +217,6 @@ def _warnings(outcome: Outcome, new_trials: Sequence[NewTrialCheck], failures: S
     yield from filter(None, (check.warning() for check in new_trials))
     if trace.failure:
         yield FitWarning("fit_failed", (), trace.failure)
-    if failures:
-        yield FitWarning("not_computed", (), f"what could not be computed is left out: {'; '.join(failures)}")
     if longer := trace.longer:
         yield FitWarning(
             "not_followed",
@@ -230,3 +228,5 @@ def _warnings(outcome: Outcome, new_trials: Sequence[NewTrialCheck], failures: S
         )
     yield from outlier_warnings(outcome.loaded.trials)
     yield from find_warnings(trace.completed)
+    if failures:
+        yield FitWarning("not_computed", (), f"what could not be computed is left out: {'; '.join(failures)}")
