@@ -131,6 +131,10 @@ class WholeSwings:
         late = self.noise.time * np.sqrt(np.max(squares, axis=0))
         return np.asarray(np.maximum(shown, np.hypot(late, angles)))
 
+    def noise_level(self, shown: Array) -> float:
+        """Return the root mean square of the noise of both angles [rad]; see `noise_of_angles`."""
+        return float(np.sqrt(np.mean(self.noise_of_angles(shown) ** 2)))
+
     @property
     def base_moves(self) -> bool:
         """Whether the base moves."""

@@ -17,7 +17,7 @@ import numpy as np
 from cdp_ident.arrays import Array
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.motion_model import MotionModel
-from cdp_ident.likelihood.gauss_newton import SHOWN, GaussNewton
+from cdp_ident.likelihood.gauss_newton import GaussNewton
 from cdp_ident.likelihood.maxima import CLOSE_ENOUGH, ENOUGH_STEPS, best_of, likelier_maximum, other_maxima
 from cdp_ident.likelihood.scores import Score
 from cdp_ident.likelihood.whole_swing import WholeSwings
@@ -38,7 +38,7 @@ from cdp_ident.tracing.neighbours import (
     scores_of,
     simplifications,
 )
-from cdp_ident.tracing.odds import at_least, cost, imitated, size_of, unlikelihood
+from cdp_ident.tracing.odds import cost, cost_unless_imitated, imitated, size_of, unlikelihood
 from cdp_ident.tracing.over_windows import OverWindows
 from cdp_ident.tracing.selection import Step, Tried
 from cdp_ident.tracing.shaped_like import shaped_like_the_last
@@ -209,23 +209,18 @@ class ModelSearch:
             self._note(f"dropped {' and '.join(what)}", simpler, tried)
 
     def _other_maxima(self) -> bool:
-        """Go on from a likelier maximum of the best model's likelihood, or with more at one without torques.
+        """Go on with more at another maximum of the best model's likelihood, without unknown torques.
 
         Where noise is autocorrelated, unknown torques follow it, and what is added has nothing left to explain. What
         happens at an instant shows beside them, and imitates much without: it is looked for there, and fitted here.
         """
+        if not np.any(self.best.is_missing):
+            return False
         try:
-            others = other_maxima(self.best)
+            origin, *_ = other_maxima(self.best)
         except (IdentificationError, np.linalg.LinAlgError) as error:
             self.failures.append(f"other maxima: {error}")
             return False
-        likeliest = self.fitted[_key(self.best.model)] = min([self.best, *others], key=lambda one: one.misfit)
-        if likeliest.misfit < self.best.misfit - SHOWN:
-            self._note("found another maximum", likeliest, ())
-            return True
-        if not np.any(self.best.is_missing):
-            return False
-        origin = others[0]
         behind = origin.misfit - self.best.misfit
         promising = additions(origin, self._lasting(origin), behind)
         present = first(additions(self.best, self.scores))
@@ -281,7 +276,7 @@ class ModelSearch:
         """
         larger = [found for found in self.fitted.values() if size_of(found.model) > size_of(self.best.model)]
         start, tried = min(larger, key=self.cost, default=self.best), list[_Fitted]()
-        promises = start is not self.best and at_least(start, self.best) < 0.0
+        promises = start is not self.best and cost_unless_imitated(start, self.best) < 0.0
         for ahead, added in self._grown(start, self._named_only) if promises else ():
             tried.append((ahead, added))
             if self.cost(ahead) < 0.0 and self._errors.explains(ahead, self.best):
@@ -394,7 +389,7 @@ class ModelSearch:
             if not min(search.expected_misfit() for search in searches) + odds < begun[0].origin.misfit:
                 return None, []
         found, failures = best_of(searches, to_beat + _HOPELESS)
-        if found and hides_more(found) and at_least(found, self.best) < 0.0:
+        if found and hides_more(found) and cost_unless_imitated(found, self.best) < 0.0:
             # Torques may follow what it explains: without them it may be far more likely.
             found = likelier_maximum(found)
         return found, failures

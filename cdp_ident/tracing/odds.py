@@ -57,11 +57,11 @@ def cost(found: WholeSwings, than: WholeSwings) -> float:
     models has more is to explain that share of the impulses that are still unknown: each is that much evidence.
     """
     more = size_of(found.model) - size_of(than.model)
-    return at_least(found, than) + more * imitated(found if more > 0 else than)
+    return cost_unless_imitated(found, than) + more * imitated(found if more > 0 else than)
 
 
-def at_least(found: WholeSwings, than: WholeSwings) -> float:
-    """Return the same as if nothing were imitated."""
+def cost_unless_imitated(found: WholeSwings, than: WholeSwings) -> float:
+    """Return the same as if effects imitated nothing of what is missing."""
     unlikely = unlikelihood_of(found.model, found.recorded) - unlikelihood_of(than.model, than.recorded)
     return found.misfit - than.misfit + unlikely
 

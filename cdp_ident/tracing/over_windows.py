@@ -41,18 +41,14 @@ class OverWindows:
             return True
         if size_of(found.model) <= size_of(than.model):
             return not self.leaves_less(than, found)
-        return self._error_of(than) <= LARGER * self._noise_of(than) or self.leaves_less(found, than)
+        return self._error_of(than) <= LARGER * than.noise_level(self._noise) or self.leaves_less(found, than)
 
     def leaves_less(self, found: WholeSwings, than: WholeSwings) -> bool:
         """Return whether a model leaves less than a share of what another one leaves, if that is more than noise."""
-        before, noise = self._error_of(than), self._noise_of(than)
+        before, noise = self._error_of(than), than.noise_level(self._noise)
         if before <= LARGER * noise:
             return False
         return self._error_of(found) ** 2 - noise**2 < _LEFT * (before**2 - noise**2)
-
-    def _noise_of(self, found: WholeSwings) -> float:
-        """Return the root mean square of both angles' noise, as far as a model tells what is noise [rad]."""
-        return float(np.sqrt(np.mean(found.noise_of_angles(self._noise) ** 2)))
 
     def _error_of(self, found: WholeSwings) -> float:
         """Return the error of a model [rad], infinite where it has no motion, and nothing without windows."""

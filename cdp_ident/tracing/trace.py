@@ -175,7 +175,7 @@ def judged(
     effects: tuple[FoundEffect, ...] = ()
     if selection:
         alike = not any(active.is_difference for active in chosen.model.effects)
-        noise = float(np.sqrt(np.mean((whole.noise_of_angles(data.noise) if whole else data.noise) ** 2)))
+        noise = whole.noise_level(data.noise) if whole else data.noise_level
         held_out = after.holdout.rmse()
         may_be_more = whole is None or bool(np.any(whole.leaves_more))
         if (remains.significant and alike) or (may_be_more and held_out > LARGER * noise):

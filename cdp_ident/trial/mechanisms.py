@@ -29,7 +29,7 @@ from cdp_ident.trial.recorded_motion import Recorded
 HOLDS = 0.01
 """Share of its acceleration up to which a single equation holds."""
 _NOISE = 0.01
-"""Share of the mean square."""
+"""Share of the mean square of a pendulum's acceleration up to which noise in the other terms tells nothing else."""
 _NOTHING = 0.002
 """So much of the acceleration is left by what a motion's grid neglects."""
 _MOST, _OUTLIER = 0.9, 13.0
