@@ -89,7 +89,7 @@ RULES = (
     Rule("extended models", "cdp_ident.tracing.neighbours:hides_more", _no),
     Rule("replacements", "cdp_ident.tracing.model_search:ModelSearch._replace", _no),
     Rule("names for a curve", "cdp_ident.tracing.model_search:ModelSearch._spell_out", _nothing),
-    Rule("play is tried", "cdp_ident.tracing.select_effects:hidden_by_torques", _empty),
+    Rule("play is tried", "cdp_ident.tracing.select_effects:suggestions", _empty),
     Rule("names beside more than noise", "cdp_ident.tracing.trace:where_more_remains", _first),
     Rule("withdrawal", "cdp_ident.tracing.trace:is_worse", _no),
     Rule("windows of half a swing", "cdp_ident.pipeline.identify:_is_followed", _yes),

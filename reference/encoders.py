@@ -141,11 +141,11 @@ def backlash(joint: Joint, half: float) -> Reading:
     return _on(joint, play)
 
 
-def rod_flex(compliance: float) -> Reading:
+def rod_flex(compliance: float, end_share: float = 0.5) -> Reading:
     """Return an inner rod that the outer one bends, by its end's deflection over the force there [m/N].
 
     A cantilever loaded at its end leaves its chord by a slope of F L^2 / (3 E I) at the root and half of that at the
-    end (Euler and Bernoulli); the encoders sit at these.
+    end (Euler and Bernoulli); the encoders sit at these. A rod that is not the same all along has another share.
     """
 
     def reading(turned: Turned) -> Array:
@@ -155,7 +155,7 @@ def rod_flex(compliance: float) -> Reading:
         up = v["g"] - v["L"] * (s1 * alpha[0] + k1 * omega1**2) - v["l2"] * (s2 * alpha[1] + k2 * omega2**2)
         across = -v["m2"] * (k1 * along - s1 * up) - v["m0"] * (v["L"] * alpha[0] - v["g"] * s1)
         bent = compliance / v["L"] * across
-        return np.stack([-bent, -0.5 * bent], axis=1)
+        return np.stack([-bent, -end_share * bent], axis=1)
 
     return reading
 

@@ -17,7 +17,7 @@ from cdp_ident.likelihood.whole_swing import Recorded, WholeSwings
 CLOSE_ENOUGH, ENOUGH_STEPS = 0.3, 30
 """A model is compared with others once no step changes it by more than this share of a standard deviation, or after so
 many steps: one that is far from the motion needs no more to be known for that."""
-_FEW_STEPS = 4
+FEW_STEPS = 4
 """After so many steps the best of several beginnings shows."""
 SPACING, NEAR = 0.5, 0.2
 """Between nodes, in time units: where nothing is missing, and where torques are, whose impulses are at the nodes."""
@@ -79,7 +79,7 @@ def best_of(
     begun, failures = list[GaussNewton](), list[str]()
     for search in searches:
         try:
-            begun.append(search.run(min(_FEW_STEPS, most_steps)))
+            begun.append(search.run(min(FEW_STEPS, most_steps)))
         except (IdentificationError, np.linalg.LinAlgError) as error:
             failures.append(str(error))
     try:

@@ -16,6 +16,7 @@ import numpy as np
 from cdp_ident.arrays import Array, Indices, Mask
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.fit.bounded import UNDETERMINED, minimum_within_limits
+from cdp_ident.likelihood.noise import Noise
 from cdp_ident.likelihood.prior import known_of, typical
 from cdp_ident.likelihood.reduction import Part, inverse_of, memory_for_rows, most_likely_change, reduced
 from cdp_ident.likelihood.sweeps import backwards, forwards
@@ -291,11 +292,11 @@ def _of_swing(
     torques = np.zeros((nodes, 2, 2))
     forwards(whitened, rows, deviations, spreads, torques, np.empty((4, 2)), np.empty((2 * n + 2, own + 1)))
     times = swing.begin + swing.node_times
-    regained = np.zeros((nodes, 2)) if tails is None else found.noise.regained(tails)
+    tails = np.ones((nodes, 2)) if tails is None else tails
     # A torque on the outer rod alone is one in both joints; where the base moves, either is a part of that.
     on_rods = np.linalg.pinv(whitened.pushes) @ linear.pushes @ [[1.0, 1.0], [0.0, 1.0]]
     return (
-        _impulses(swing, times, rows, spreads, torques[:, 0], whitened.sizes, regained, on_rods),
+        _impulses(swing, times, rows, spreads, torques[:, 0], whitened.sizes, tails, found.noise, on_rods),
         _slips(swing, times, triangles, left, deviations, spreads),
     )
 
@@ -323,7 +324,8 @@ def _impulses(
     spreads: Array,
     torques: Array,
     sizes: Array,
-    regained: Array,
+    tails: Array,
+    noise: Noise,
     on_rods: Array,
 ) -> dict[Joint, Shock]:
     """Return the best impulse on each rod, of which `on_rods` (nodes, 2, 2) is what it is of the unknown torques."""
@@ -334,18 +336,38 @@ def _impulses(
     covariances = gains @ spreads @ gains.transpose(0, 2, 1) + inverse @ inverse.transpose(0, 2, 1)
     precision = sizes[..., None] ** -2.0 * np.eye(2)
     curvatures = precision - precision @ covariances @ precision
-    found = {}
+    found, regained = {}, noise.regained(tails)
     for place, joint in enumerate(JOINTS):
         torque = on_rods[:, :, place]
         slope = -np.sum(torques * sizes**-2.0 * torque, axis=1)
         curvature = np.einsum("ki,kij,kj->k", torque, curvatures, torque)
-        back = np.sum(regained * (np.abs(torque) > _PART), axis=1)
-        found[joint] = _best(swing, times[:-1] + swing.spacing, slope[:-1], curvature[:-1], back[:-1])
+        has_part = np.abs(torque) > _PART
+        back, times_as_large = np.sum(regained * has_part, axis=1), np.max(np.where(has_part, tails, 1.0), axis=1)
+        of_all = times[:-1] + swing.spacing, slope[:-1], curvature[:-1], back[:-1], times_as_large[:-1] ** 2
+        found[joint] = _best(swing, *of_all)
     return found
 
 
-def _best(swing: Swing, times: Array, slope: Array, curvature: Array, regained: Array | float = 0.0) -> Shock:
-    seen = curvature > _SEEN_AT_ONCE * max(float(np.median(curvature)), np.finfo(float).tiny)
+def _best(
+    swing: Swing,
+    times: Array,
+    slope: Array,
+    curvature: Array,
+    regained: Array | float = 0.0,
+    follows: Array | float = 1.0,
+) -> Shock:
+    """Return the best shock, at `times` (nodes,).
+
+    Args:
+        swing: what was measured.
+        times: (nodes,) of each.
+        slope: (nodes,) of the sum of squares by its size.
+        curvature: (nodes,) likewise.
+        regained: (nodes,) by how much more the misfit falls.
+        follows: (nodes,) by how much a torque that is unknown makes the curvature smaller there.
+    """
+    shown = curvature * follows
+    seen = shown > _SEEN_AT_ONCE * max(float(np.median(shown)), np.finfo(float).tiny)
     gain = np.where(seen, slope**2 / np.where(seen, curvature, 1.0) + regained, 0.0)
     if not len(gain):
         return Shock(0.0, swing.trial, swing.begin, 0.0)

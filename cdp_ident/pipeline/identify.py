@@ -23,7 +23,7 @@ from cdp_ident.fit.roles import assign_roles
 from cdp_ident.fit.scales import scales_of
 from cdp_ident.fit.thinning import thinned
 from cdp_ident.likelihood.gauss_newton import GaussNewton
-from cdp_ident.likelihood.maxima import CLOSE_ENOUGH, NEAR, best_of, likelier_maximum
+from cdp_ident.likelihood.maxima import CLOSE_ENOUGH, FEW_STEPS, NEAR, best_of, likelier_maximum
 from cdp_ident.likelihood.noise import Noise
 from cdp_ident.likelihood.recorded import fitted_recorded, states_of
 from cdp_ident.likelihood.whole_swing import WholeSwings
@@ -167,6 +167,9 @@ def _paper_s_model(
     states = states_of(recorded, model)
     noise = Noise.white(recorded.encoders, recorded.large_torque)
     searches = [GaussNewton(model, values, recorded, states, noise, CLOSE_ENOUGH) for values in begins]
+    found, failures = best_of(searches[:1], most_steps=FEW_STEPS)
+    if found and found.converged and not np.any(found.leaves_more):
+        return found, ""  # from elsewhere it would be no likelier
     found, failures = best_of(searches)
     lost = ""
     if found is None:

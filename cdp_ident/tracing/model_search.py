@@ -38,7 +38,7 @@ from cdp_ident.tracing.neighbours import (
     scores_of,
     simplifications,
 )
-from cdp_ident.tracing.odds import cost, cost_unless_imitated, imitated, size_of, unlikelihood
+from cdp_ident.tracing.odds import cost, cost_unless_imitated, imitated, size_of, unlikelihood_of
 from cdp_ident.tracing.over_windows import OverWindows
 from cdp_ident.tracing.selection import Step, Tried
 from cdp_ident.tracing.shaped_like import shaped_like_the_last
@@ -116,9 +116,11 @@ class ModelSearch:
         while True:
             neighbours = first(e for e in additions(self.best, self.scores) if len(e.model.effects) <= _MOST_EFFECTS)
             extended = [*extended_models(self.best)]
+            # No score tells which of these is more promising than the additions: they compete at once.
+            at_once = [form for form in extended if form.unscored]
             extended += [form for each in neighbours for form in extended_replacements(self.best, each, self.best)]
             before, hidden, suggested = self.best, [*suggested, *extended], ()
-            if self._move(neighbours, "added", hidden):
+            if self._move(neighbours, "added", hidden, at_once):
                 if self.best.model.effects[-1].effect.curve is not None:
                     self._spell_out(before)
                 self._exchange_for_rivals(before)
@@ -140,10 +142,11 @@ class ModelSearch:
         return self._scores[id(found)][1]
 
     def _lasting(self, found: WholeSwings) -> list[Score]:
-        """Return the same of effects that last."""
+        """Return the same of effects that last and have a name."""
         if id(found) in self._scores:
-            return [score for score in self._scores_of(found) if lasts(score.active)]
-        return scores_of(found, self._named_only, lasting=True)
+            known = self._scores_of(found)
+            return [score for score in known if lasts(score.active) and score.active.effect.curve is None]
+        return scores_of(found, named_only=True, lasting=True)
 
     def without(self, index: int) -> WholeSwings | None:
         """Return the best model without one of its effects; None where it cannot be fitted."""
@@ -152,16 +155,23 @@ class ModelSearch:
         fitted = self._fit_all([Neighbour(others, self.best.values[remain], what, self.best)])
         return fitted[0][0] if fitted else None
 
-    def _move(self, neighbours: Sequence[Neighbour], action: str, hidden: Sequence[Neighbour] = ()) -> bool:
+    def _move(
+        self,
+        neighbours: Sequence[Neighbour],
+        action: str,
+        hidden: Sequence[Neighbour] = (),
+        at_once: Sequence[Neighbour] = (),
+    ) -> bool:
         """Fit neighbours, and go on from the most probable model; return whether that is another one.
 
         Args:
             neighbours: to be fitted.
             action: in words.
             hidden: others for which no score speaks, or too little, to be fitted where these leave more than noise.
+            at_once: others to be fitted in any case.
         """
         tried, best = list[_Fitted](), self.best
-        leading = [each for each in neighbours if each.what == neighbours[0].what]
+        leading = [*at_once, *(each for each in neighbours if each.what == neighbours[0].what)]
         others = [each for each in neighbours if each.what != neighbours[0].what]
         for some in (leading, others, hidden):
             # What leaves nothing but noise need not compete yet: others are tried in its place later on.
@@ -170,7 +180,9 @@ class ModelSearch:
             tried += self._fit_all(some, min(best.misfit, self.best.misfit))
             best, _ = self._most_probable(tried)
         ranked = sorted(tried, key=lambda pair: self.cost(pair[0]))
-        probable = [pair for pair in ranked if self.cost(pair[0]) < 0.0 and self._errors.explains(pair[0], self.best)]
+        # Fits are no more exact than that: to and fro between models that are as probable leads nowhere.
+        better = [pair for pair in ranked if self.cost(pair[0]) < -CLOSE_ENOUGH]
+        probable = [pair for pair in better if self._errors.explains(pair[0], self.best)]
         if probable:
             best, what = probable[0]
             for other, with_what in probable[1:]:
@@ -382,12 +394,12 @@ class ModelSearch:
                 # What is left out may have to be followed by unknown torques from now on.
                 noise = noise.with_torque_of_at_least(_AT_LEAST * self._recorded.large_torque)
             states = _states(each.origin, each.model)
-            searches.append(GaussNewton(each.model, each.values, self._recorded, states, noise, CLOSE_ENOUGH))
-        if len(searches) > 1 and begun[0].model.effects[-1].effect.states > 0:
-            # Such take long. What the first steps promise stands for a score, though not for from where it comes out.
-            odds = unlikelihood(begun[0].model.effects[-1], self._recorded)
-            if not min(search.expected_misfit() for search in searches) + odds < begun[0].origin.misfit:
-                return None, []
+            search = GaussNewton(each.model, each.values, self._recorded, states, noise, CLOSE_ENOUGH)
+            more = unlikelihood_of(each.model, self._recorded) - unlikelihood_of(each.origin.model, self._recorded)
+            if not each.unscored or search.expected_misfit() + more < each.origin.misfit:
+                searches.append(search)
+        if not searches:
+            return None, []
         found, failures = best_of(searches, to_beat + _HOPELESS)
         if found and hides_more(found) and cost_unless_imitated(found, self.best) < 0.0:
             # Torques may follow what it explains: without them it may be far more likely.

@@ -6,7 +6,7 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations, islice
+from itertools import islice
 
 import numpy as np
 
@@ -23,7 +23,6 @@ from cdp_ident.model.formulas.language import COEFFICIENTS
 from cdp_ident.model.formulas.syntax import evaluated
 from cdp_ident.model.layout import RODS_STATES
 from cdp_ident.model.time_grid import between
-from cdp_ident.tracing.missing_torque import MissingTorque
 from cdp_ident.tracing.odds import ambiguity, unlikelihood
 
 _TRIED = 4
@@ -41,8 +40,6 @@ _AHEAD = np.array([1.0, 2.0, 4.0])
 """What acts at a place begins so many times as long before an impulse as that lasts, in standard deviations, ..."""
 _SHORT = 0.05
 """... which for one without a duration is so many time units."""
-_FREQUENCIES = 2.0 ** np.arange(-1, 5)
-"""A mode of the base is looked for at so many times its typical frequency."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +55,8 @@ class Neighbour:
     """The fitted model whose states and noise it begins with."""
     again: bool = False
     """Whether it is fitted even if it was before, from elsewhere."""
+    unscored: bool = False
+    """Whether no score speaks for it: it is fitted if its first step promises to make the model more probable."""
 
 
 def first(neighbours: Iterable[Neighbour]) -> list[Neighbour]:
@@ -90,9 +89,9 @@ def additions(found: WholeSwings, scored: Sequence[Score], behind: float = 0.0) 
             tried.add(one_of_many)
         if worth and score.misfit + ambiguity(score.active, found.recorded) < _PROMISES - behind:
             yield from _holding_both(found, score)
-            yield _with(found, score.active, score.values)
+            yield with_one_more(found, score.active, score.values)
             for values in score.elsewhere:
-                yield replace(_with(found, score.active, values), again=True)
+                yield replace(with_one_more(found, score.active, values), again=True)
 
 
 def _holding_both(found: WholeSwings, score: Score) -> Iterator[Neighbour]:
@@ -109,7 +108,7 @@ def _holding_both(found: WholeSwings, score: Score) -> Iterator[Neighbour]:
                 (one, at), (other, also_at) = found.values[found.model.places(index)].tolist(), score.values.tolist()
                 begins = [[one + other, 0.5 * (at + also_at), 0.5 * abs(at - also_at)]]
             else:
-                begins = [*_beginnings(found, _by_name(found, index), form)]
+                begins = [*beginnings_of(found, _by_name(found, index), form)]
             for values in begins:
                 yield replace(_instead(found, index, replace(active, effect=form), values), again=True)
 
@@ -194,7 +193,7 @@ def _at_instants(found: WholeSwings) -> Iterator[Score]:
             yield Score(active, -shock.gain, shock.gain, values, *nothing, elsewhere=others)
 
 
-def _with(found: WholeSwings, active: ActiveEffect, values: Array) -> Neighbour:
+def with_one_more(found: WholeSwings, active: ActiveEffect, values: Array) -> Neighbour:
     """Return a model with an effect more, in the place of the one that it contains, if any, whose values it has too."""
     index = _contained(found.model, active.effect)
     if index is None:
@@ -227,14 +226,17 @@ def _by_name(found: WholeSwings | Neighbour, index: int) -> dict[str, float]:
 
 
 def extended_models(found: WholeSwings) -> Iterator[Neighbour]:
-    """Yield models that extend an effect where a torque is missing, or an encoder's noise is autocorrelated.
+    """Yield models that extend an effect and have no score, or too small a one.
 
-    Its score says too little, if any: unknown torques, or such noise, follow what it has more.
+    So it is where a torque is missing, or an encoder's noise is autocorrelated: these follow what it has more.
     """
-    for index, active in enumerate(found.model.effects if hides_more(found) else ()):
+    more = hides_more(found)
+    for index, active in enumerate(found.model.effects):
         for form in [] if active.is_difference else _extended([active.effect]):
-            for values in islice(_beginnings(found, _by_name(found, index), form), 1):
-                yield _instead(found, index, replace(active, effect=form), values)
+            for values in islice(beginnings_of(found, _by_name(found, index), form), 1):
+                if more or not form.has_score:
+                    extended = _instead(found, index, replace(active, effect=form), values)
+                    yield replace(extended, unscored=not form.has_score)
 
 
 def hides_more(found: WholeSwings) -> bool:
@@ -242,49 +244,7 @@ def hides_more(found: WholeSwings) -> bool:
     return bool(np.any(found.leaves_more | (found.noise.kept > 0.0)))
 
 
-def hidden_by_torques(found: WholeSwings) -> Iterator[Neighbour]:
-    """Yield models with an effect that unknown torques, or autocorrelated noise, follow as well as it would.
-
-    Its score says too little. Such are play in a coupling, which shows by jumps; a base, or an elastic coupling of an
-    encoder, with a mode of its own, which near no strength is not seen unless its frequency is right; dry friction that
-    holds a joint, or both, most of the time, as near no strength it does not hold them; and friction that gives way so
-    far that it is no dry friction.
-    """
-    if not hides_more(found):
-        return
-    unit = found.recorded.time_unit
-    torque = dict(zip(JOINTS, np.sqrt(np.mean(MissingTorque.of(found).torque ** 2, axis=0)).tolist(), strict=True))
-    dry = [e for e in known_effects() if e.dry and not e.contains and len(e.parameters) == 1 and torque[e.joint] > 0.0]
-    for holding in (each for count in range(1, len(dry) + 1) for each in combinations(dry, count)):
-        model, strengths = found.model, [torque[effect.joint] for effect in holding]
-        for effect in holding:
-            model = model.with_effect(ActiveEffect(effect))
-        yield Neighbour(
-            model, np.concatenate([found.values, strengths]), tuple(effect.key for effect in holding), found
-        )
-    for effect in known_effects():
-        begins, of_each = list[dict[str, float]](), 1
-        if effect.swings:
-            (frequency,) = (p for p in ActiveEffect(effect).fitted if p.shape and p.begins)
-            begins = [{frequency.name: f * typical(frequency, unit)} for f in _FREQUENCIES]
-        elif effect.remembers:
-            strength, of_each = torque[effect.joint], len(SHAPES)
-            begins = [{effect.parameters[0].name: strength}] if strength > 0.0 else []
-        elif effect.states and not effect.moves and not any(p.begins for p in effect.parameters):
-            begins, of_each = [{}], 1 if effect.known_at_zero else len(SHAPES)
-        for known in begins:
-            for values in islice(_beginnings(found, known, effect), of_each):
-                yield replace(_with(found, ActiveEffect(effect), np.array(values)), again=True)
-    # What both encoders do alike hardly shows in one of them: filters, and play.
-    for pair in combinations([e for e in known_effects() if e.states == 1 and not e.moves], 2):
-        if pair[0].law == pair[1].law:
-            both = [*map(ActiveEffect, pair)]
-            usual = [typical(parameter, unit) for active in both for parameter in active.fitted]
-            model, what = found.model.with_effect(both[0]).with_effect(both[1]), tuple(active.key for active in both)
-            yield Neighbour(model, np.concatenate([found.values, usual]), what, found)
-
-
-def _beginnings(found: WholeSwings, known: Mapping[str, float], effect: Effect) -> Iterator[list[float]]:
+def beginnings_of(found: WholeSwings, known: Mapping[str, float], effect: Effect) -> Iterator[list[float]]:
     """Yield values to begin a model with an effect with, of whose parameters some may be known.
 
     One that has no formulas for it is tried with several typical values. Where a formula gives one that can only be
@@ -321,7 +281,7 @@ def replacements(
         found: a model.
         index: of the effect.
         without: the model without it.
-        scored: what effects that last would do for that one, see `scores_of`.
+        scored: what effects that last and have a name would do for that one, see `scores_of`.
         beside: what effects would do for the model itself.
     """
     own = found.model.effects[index].effect
@@ -330,13 +290,11 @@ def replacements(
     for score in scored:
         effect = score.active.effect
         in_its_place = score.misfit - with_own.get(score.active.key, 0.0)
-        least = of_own if effect.curve is not None else _ALTERNATIVES * of_own
-        if effect.curve is not None and not hides_more(found):
-            continue  # there is nothing more that it could explain
-        if effect != own and in_its_place < min(least, _PROMISES):
-            yield _with(without, score.active, score.values)
+        if effect != own and in_its_place < min(_ALTERNATIVES * of_own, _PROMISES):
+            yield with_one_more(without, score.active, score.values)
             # The motion is known with the effect: what moves the rods alike may be at a better maximum from there.
-            yield replace(_instead(found, index, score.active, score.values.tolist()), again=True)
+            no_strength = np.where(score.active.strengths, 0.0, score.values)
+            yield replace(_instead(found, index, score.active, no_strength.tolist()), again=True)
 
 
 def beside_rivals(found: WholeSwings, before: WholeSwings, rivals: Sequence[WholeSwings]) -> Iterator[Neighbour]:
@@ -357,7 +315,7 @@ def beside_rivals(found: WholeSwings, before: WholeSwings, rivals: Sequence[Whol
             instead = [*(Counter(rival.model.effects) - others)]
             if len(rival.model.effects) == len(before.model.effects) and len(instead) == 1 and instead != [active]:
                 if not _in_the_way(added.effect, instead[0].effect):
-                    yield replace(_with(rival, added, values), what=(instead[0].key,))
+                    yield replace(with_one_more(rival, added, values), what=(instead[0].key,))
                 break
 
 
@@ -372,8 +330,8 @@ def extended_replacements(found: WholeSwings, replacement: Neighbour, without: W
     last = len(replacement.model.effects) - 1
     active, known = replacement.model.effects[last], _by_name(replacement, last)
     for form in _extended([active.effect]) if hides_more(found) and not active.is_difference else []:
-        for values in islice(_beginnings(without, known, form), 1):
-            yield _with(without, replace(active, effect=form), np.array(values))
+        for values in islice(beginnings_of(without, known, form), 1):
+            yield with_one_more(without, replace(active, effect=form), np.array(values))
 
 
 def at_the_place_of(found: WholeSwings, index: int) -> Iterator[Neighbour]:

@@ -16,9 +16,10 @@ from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.effects.effect import Effect
 from cdp_ident.tracing.certainty import certainties, not_distinguished, probabilities
 from cdp_ident.tracing.model_search import InterruptedSearchError, ModelSearch
-from cdp_ident.tracing.neighbours import Neighbour, hidden_by_torques, scores_of
+from cdp_ident.tracing.neighbours import Neighbour, scores_of
 from cdp_ident.tracing.over_windows import OverWindows
 from cdp_ident.tracing.selection import Selection, Step
+from cdp_ident.tracing.suggestions import suggestions
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,7 @@ def select_effects(
     interrupted, without = False, tuple[WholeSwings | None, ...]()
     try:
         search.begin_with(_expected(found, expected), "confirmed")
-        search.run([*hidden_by_torques(search.paper)] if search.best is search.paper else ())
+        search.run([*suggestions(search.paper)] if search.best is search.paper else ())
         without = tuple(search.without(index) for index in range(len(search.best.model.effects)))
     except InterruptedSearchError:
         interrupted = True

@@ -75,7 +75,7 @@ DESCRIBED = [
     *((f"encoder_eccentricity.{joint}", (side * 0.03 * np.cos(PHASE), side * 0.03 * np.sin(PHASE)),
        encoders.eccentricity(joint, 0.03, PHASE)) for joint, side in zip(JOINTS, (-1.0, 1.0), strict=True)),
     ("time_offset.outer", (DELAY,), late),
-    ("rod_flex.inner", (SAG, SWING), encoders.rod_flex(COMPLIANCE)),
+    ("rod_flex.inner", (SAG, SWING, 0.8), encoders.rod_flex(COMPLIANCE, 0.8)),
 ]  # fmt: skip
 
 
@@ -93,7 +93,7 @@ def test_an_encoder_shows_what_an_independent_description_says(key, values, desc
 def test_either_encoder_may_be_late_or_early(joint, delay, beside):
     late = replace(EFFECTS["time_offset.outer"], joint=JOINTS[joint])
     others = [(f"{name}.{JOINTS[joint]}", 0.05) for name in ("encoder_scale", "backlash") if beside]
-    others += [("rod_flex.inner", SAG, SWING)] * beside
+    others += [("rod_flex.inner", SAG, SWING, 0.5)] * beside
     found = motions([problem([(late, delay), *others])], derive=True)
     then, now = shown(*others, time=TIME - delay), shown(*others)
     then[:, 1 - joint] = now[:, 1 - joint]
@@ -159,7 +159,7 @@ def test_a_rod_that_bends_does_so_as_described_independently_also_where_joints_s
     expected = turned.joints + encoders.rod_flex(COMPLIANCE)(turned) + [np.pi, 0.0]
     sizes = zip(JOINTS, (torque / A22, 0.2 * torque / A22), strict=True)
     friction = [(f"coulomb_friction.{joint}", size) for joint, size in sizes if torque]
-    found = shown(("rod_flex.inner", SAG, SWING), *friction, time=time)
+    found = shown(("rod_flex.inner", SAG, SWING, 0.5), *friction, time=time)
     assert np.abs(expected - turned.joints - [np.pi, 0.0]).max() > 2e-3
     assert np.abs(found - expected).max() < 1e-6
     if torque:
@@ -168,7 +168,10 @@ def test_a_rod_that_bends_does_so_as_described_independently_also_where_joints_s
 
 def bend(theta1, theta2=0.0, alpha1=0.0, cart=0.0):
     """Return by how much both encoders are off, given a rod that is bent by its own weight alone."""
-    motion, flex = np.array([[theta1, theta2, 0.0, 0.0, alpha1, 0.0, cart]]), acting(("rod_flex.inner", [1.0, 0.0]))
+    motion, flex = (
+        np.array([[theta1, theta2, 0.0, 0.0, alpha1, 0.0, cart]]),
+        acting(("rod_flex.inner", [1.0, 0.0, 0.5])),
+    )
     return (readings_of(COEFFICIENTS, motion, np.zeros((2, 0)), 0.01, flex) - [theta1, theta2 - theta1])[0]
 
 

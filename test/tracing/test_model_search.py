@@ -98,6 +98,14 @@ def test_what_is_suggested_and_does_not_help_is_not_kept():
     assert search.steps[-1].action == "nothing more helps"
 
 
+@pytest.mark.parametrize(("size", "labels"), [(4e-4, ("presliding_friction.outer",)), (0.0, ())])
+def test_what_no_score_speaks_for_is_fitted_where_its_first_step_promises_something(size, labels):
+    search = begun([rubbing(size=size)])
+    presliding = with_effects(search, **{"presliding_friction.outer": (5e-3, 0.02)})
+    search.begin_with([replace(presliding, unscored=True)], "added")
+    assert {found.model.labels for found in search.fitted.values()} == {(), labels}
+
+
 @pytest.mark.parametrize(("at_once", "labels", "steps"), [(True, (), 0), (False, (DRY,), 1)])
 def test_asked_to_stop_it_ends_and_keeps_the_best_so_far(at_once, labels, steps):
     lines = []

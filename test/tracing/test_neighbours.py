@@ -10,16 +10,12 @@ from scipy.signal import lfilter
 
 from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.model.effects.catalogue import known_effects
-from cdp_ident.model.effects.effect import JOINTS
-from cdp_ident.model.formulas.language import COEFFICIENTS
-from cdp_ident.tracing.missing_torque import MissingTorque
 from cdp_ident.tracing.neighbours import (
     additions,
     at_the_place_of,
     beside_rivals,
     extended_models,
     extended_replacements,
-    hidden_by_torques,
     replacements,
     scores_of,
     simplifications,
@@ -119,8 +115,10 @@ def test_an_extended_model_begins_with_what_it_contains(with_friction):
         for own in with_friction.model.effects[0].fitted:
             if not any(p.name == own.name and p.begins for p in active.fitted):
                 assert values.get(own.name, with_friction.values[5]) == with_friction.values[5]
-    # Where no torque is missing none is tried.
-    assert not list(extended_models(replace(with_friction, is_missing=np.zeros(2, dtype=bool))))
+    # Where no torque is missing scores tell, but of what has none.
+    unscored = list(extended_models(replace(with_friction, is_missing=np.zeros(2, dtype=bool))))
+    assert [neighbour.what for neighbour in unscored] == [("presliding_friction.outer",)]
+    assert [neighbour.unscored for neighbour in forms] == ["presliding" in neighbour.what[0] for neighbour in forms]
 
 
 def test_an_encoder_that_is_early_is_behind_no_filter_but_the_other_one_may_be(rubbing):
@@ -161,44 +159,6 @@ def test_lost_counts_below_half_an_encoder_s_step_are_not_proposed(step, propose
     found = replace(found, recorded=replace(found.recorded, steps=np.full(2, step)))
     neighbours = additions(found, scores_of(found, named_only=True))
     assert ("encoder_slip.outer" in [neighbour.what[0] for neighbour in neighbours]) == proposed
-
-
-def test_modes_of_the_base_are_proposed_with_more_than_the_rods_mass_and_of_encoders_from_several_compliances(rubbing):
-    proposed = [each for each in hidden_by_torques(rubbing) if each.model.effects[-1].effect.swings]
-    frequencies = [each.values[-2] for each in proposed]
-    np.testing.assert_allclose(np.divide(frequencies[1:], frequencies[:-1]), 2.0)
-    for each in proposed:
-        compliance, frequency, _ = each.values[-3:]
-        A23, A33, a1, *_ = each.values
-        rods = a1**2 + (A23 / each.model.coefficients(each.values)[COEFFICIENTS.index("L")]) ** 2 / A33
-        assert 1.0 / (compliance * frequency**2) == pytest.approx(4.0 * rods)
-    keys = [f"encoder_compliance.{joint}.oscillating" for joint in JOINTS for _ in range(3)]
-    behind = [each for each in hidden_by_torques(rubbing) if each.what[0] in keys]
-    assert [each.what[0] for each in behind] == keys
-    assert len({each.values[-2] for each in behind}) == 3
-
-
-def test_what_both_encoders_do_alike_is_proposed_for_both(rubbing):
-    both = [each for each in hidden_by_torques(rubbing) if len(each.what) == 2]
-    assert [each.what[0] for each in both] == ["encoder_filter.inner.first order", "backlash.inner"]
-    for each in both:
-        assert each.what[1] == each.what[0].replace("inner", "outer")
-        inner, outer = each.values[-2:]
-        assert inner == outer > 0.0
-
-
-def test_dry_friction_is_proposed_in_joints_where_a_torque_is_missing_and_play_everywhere(rubbing, clean):
-    dry, *others = hidden_by_torques(rubbing)
-    play = [each.what for each in others if each.what[0].startswith("backlash")]
-    both = ("backlash.inner", "backlash.outer")
-    assert (dry.what, play) == ((DRY,), [both[:1], both[1:], both])
-    elastic = [each for each in others if each.model.effects[-1].effect.remembers]
-    missing = np.sqrt(np.mean(MissingTorque.of(rubbing).torque[:, 1] ** 2))
-    assert dry.values[-1] == pytest.approx(missing)
-    assert {each.what for each in elastic} == {("presliding_friction.outer",)}
-    assert [each.values[-2] for each in elastic] == pytest.approx([missing] * 3)
-    assert len({each.values[-1] for each in elastic}) == 3  # how far it gives way
-    assert not [*hidden_by_torques(clean)]
 
 
 def test_a_spring_without_stiffness_may_be_a_constant_torque_and_one_that_is_sure_not(rubbing):

@@ -184,14 +184,19 @@ ENCODERS = (
     ),
     Effect(
         # A cantilever with a force across its end leaves the line between the joints by a slope at its root, where the
-        # inner encoder is, and by half of that at its end, to the other side. The force is what accelerates all that
-        # hangs there, so that the slope is linear in what it is of a rod held level, by the weight of m2 + m0 (`sag`),
-        # and m2 l2 / ((m2 + m0) L) of it (`swing`). The bending itself is quasi-static.
+        # inner encoder is, and by half of that at its end, to the other side; by less where the hub gives way, by more
+        # where the rod does beyond its middle (`end_share`). The force is what accelerates all that hangs there, so
+        # that the slope is linear in what it is of a rod held level, by the weight of m2 + m0 (`sag`), and
+        # m2 l2 / ((m2 + m0) L) of it (`swing`). The bending itself is quasi-static.
         "rod_flex",
         "inner",
         "a rod that bends",
-        Law(readings=("bend", "bend/2"), where=(("bend", _BEND),)),
-        (EffectParameter("sag", "rad", 0.0, 0.3, 0.01), EffectParameter("swing", "rad", 0.0, 0.3, 0.005)),
+        Law(readings=("bend", "end_share*bend"), where=(("bend", _BEND),)),
+        (
+            EffectParameter("sag", "rad", 0.0, 0.3, 0.01),
+            EffectParameter("swing", "rad", 0.0, 0.3, 0.005),
+            EffectParameter("end_share", "1", 0.0, 2.0, 0.5, width=0.5, shape=True, optional=True),
+        ),
         "cantilever with a force across its end: Euler and Bernoulli; Timoshenko, Strength of Materials, 1955",
     ),
 )
