@@ -56,12 +56,14 @@ _NAMES = {
     "partial_rub": "unknown_torque",
     "heavy_cart": "pivot_compliance",
     "drifting_encoder_offset": "encoder_offset",
+    "bob_drag": "air_drag",
 }
 """What the catalogue calls that which has another name in the reference."""
 _HIDDEN_AS = {
     "partial_rub": "hidden as a bearing that rubs over a part of its turn; dry friction over the angle",
     "heavy_cart": "hidden as a heavy cart on a soft stand",
     "drifting_encoder_offset": "by the end of a trial",
+    "bob_drag": "hidden as a body on the rod",
     "backlash": "half of the gap, as in the table above",
     "rotor_inertia": "hidden as a rotor that turns with the outer joint",
 }

@@ -175,7 +175,7 @@ _DRY: dict[str, Callable[[Joint, Occasion], Effect]] = {
     "partial_rub": _rub,
 }
 
-_TORQUES = ("quadratic_friction", "joint_spring", "cogging_torque", "magnet", "air_drag", "impulse",
+_TORQUES = ("quadratic_friction", "joint_spring", "cogging_torque", "magnet", "air_drag", "bob_drag", "impulse",
             "presliding_friction", "rotor_inertia", "constant_torque", "varying_viscosity", "end_stop",
             "drifting_viscosity")  # fmt: skip
 
@@ -206,6 +206,10 @@ def _torque(name: str, joint: Joint, of: Occasion) -> Effect:
         whole = shortest + rng.uniform() * max(of.values["L"] - shortest, 0.0)
         length = whole if joint == "outer" and rng.random() < 0.7 else 0.0
         put = _acting(lambda size: torques.drag(joint, size, length))
+        return Effect(name, joint, "N m s^2", 1e-4 * inertia, 0.3 * inertia, put)
+    if name == "bob_drag":
+        place = of.values["l2"] * rng.uniform(1.0, 2.0)
+        put = _acting(lambda size: torques.bob(size, place))
         return Effect(name, joint, "N m s^2", 1e-4 * inertia, 0.3 * inertia, put)
     if name == "impulse":
         trial, at = _once(of)

@@ -13,7 +13,7 @@ _IN_BOTH = ("coulomb_friction", "stribeck_friction", "quadratic_friction", "load
             "encoder_interpolation")  # fmt: skip
 SINGLE = (*(f"{name}.{joint}" for name in _IN_BOTH for joint in ("inner", "outer")), "gravity_tilt.base",
           "pivot_compliance.base", "heavy_cart.base", "time_offset.outer", "rod_flex.inner",
-          "oblique_view.base", "side_force.base")  # fmt: skip
+          "oblique_view.base", "side_force.base", "bob_drag.outer")  # fmt: skip
 """One effect that has a name in the package."""
 SEVERAL = (
     "coulomb_friction.outer+air_drag.outer",
@@ -60,6 +60,7 @@ _ALIKE = (
     {"encoder_offset.outer", "drifting_encoder_offset.outer"},
     {"heavy_cart.base", "pivot_compliance.base"},
     {"quadratic_friction.inner", "air_drag.inner"},
+    {"bob_drag.outer", "air_drag.outer"},
     {"coulomb_friction.inner", "stribeck_friction.inner"},
     {"coulomb_friction.outer", "stribeck_friction.outer"},
 )

@@ -21,7 +21,7 @@ from reference.mechanics import L
 Array = npt.NDArray[np.float64]
 Joint = Literal["inner", "outer"]
 
-QUADRATIC, SPRING, COGGING, MAGNET, DRAG, KNOCK, DAHL, CONSTANT, EDDY, STOP, COOLING, WIND = range(12)
+QUADRATIC, SPRING, COGGING, MAGNET, DRAG, KNOCK, DAHL, CONSTANT, EDDY, STOP, COOLING, WIND, BOB = range(13)
 _WIDTH = 8
 
 
@@ -71,6 +71,11 @@ def drag(joint: Joint, coefficient: float, length: float = 0.0) -> Torque:
             its own absolute speed; 0 for its rotation alone.
     """
     return Torque(DRAG, joint, (coefficient, length))
+
+
+def bob(coefficient: float, length: float) -> Torque:
+    """Return air drag on a body on the outer rod, so far from its joint [m], in [N m s^2] of the rod's rotation."""
+    return Torque(BOB, "outer", (coefficient, length))
 
 
 def knock(joint: Joint, impulse: float, at: float, duration: float) -> Torque:
@@ -193,6 +198,12 @@ def add_torques(torques: Array, rig: Array, time: float, state: Array, rates: Ar
             force, moment = _strips(lever * omega1, omega2, b)
             on1 -= 4.0 * a / b**4 * lever * force
             on2 -= 4.0 * a / b**4 * moment
+        elif kind == BOB:
+            x = rig[L] * math.cos(theta1) * omega1 + b * math.cos(theta2) * omega2
+            y = rig[L] * math.sin(theta1) * omega1 + b * math.sin(theta2) * omega2
+            force = a / b**3 * math.hypot(x, y)
+            on1 -= force * rig[L] * (math.cos(theta1) * x + math.sin(theta1) * y)
+            on2 -= force * b * (math.cos(theta2) * x + math.sin(theta2) * y)
         elif kind == KNOCK:
             phase = (time - b) / c
             push = a / c * (1.0 - math.cos(2.0 * math.pi * phase)) if 0.0 < phase < 1.0 else 0.0

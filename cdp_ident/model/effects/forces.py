@@ -37,15 +37,30 @@ _STIFFNESS = EffectParameter("stiffness", "N m/rad", 0.0, 1000.0, 0.1, inertia_p
 _DRAG = EffectParameter("coefficient", "N m s^2", 0.0, 2.0, 0.005, inertia_power=1)
 # No length of the outer rod is in the paper's model; its centre of mass does not determine where it ends.
 _LENGTH_RATIO = EffectParameter("length_ratio", "1", 0.3, 3.0, 1.0, shape=True, optional=True)
-_DRAG_SOURCE = "drag of a cylinder across a flow: Hoerner, Fluid-Dynamic Drag, 1965"
+_ACROSS, _BLUNT = (
+    f"drag of a {what}: Hoerner, Fluid-Dynamic Drag, 1965" for what in ("cylinder across a flow", "sphere")
+)
 
 
-def _drag(joint: Joint, law: Law, variant: str = "") -> Effect:
-    strips = variant == "strips"
-    parameters, source = (_DRAG, _LENGTH_RATIO) if strips else (_DRAG,), f"{'strip theory; ' * strips}{_DRAG_SOURCE}"
-    return Effect("air_drag", joint, "air drag on the rod", law, parameters, source, variant)
+def _drag(
+    joint: Joint, law: Law, variant: str = "", description: str = "air drag on the rod", source: str = _ACROSS
+) -> Effect:
+    parameters = (_DRAG, _LENGTH_RATIO) if law.where else (_DRAG,)
+    return Effect("air_drag", joint, description, law, parameters, source, variant)
 
 
+_BOB = Law(
+    # Against the velocity of the rod's end, which is speed times its length.
+    torques=(
+        "-coefficient*speed_of_end*lever*(lever*omega1 + along*omega2)",
+        "-coefficient*speed_of_end*(omega2 + lever*along*omega1)",
+    ),
+    where=(
+        ("lever", "L/(length_ratio*outer_length)"),
+        ("along", "cos(theta1 - theta2)"),
+        ("speed_of_end", "sqrt((lever*omega1)^2 + omega2^2 + 2*lever*along*omega1*omega2 + 1e-12)"),
+    ),
+)
 _STRIPS = Law(
     # Four times the integral of across |across| over place, from 0 in the joint to 1 at the tip, where across is
     # at_joint + place omega2: so -coefficient omega2 |omega2| where the joint is at rest. If the air comes from the
@@ -121,8 +136,9 @@ _SPEEDS_UP = (
 
 FORCES = (
     _drag("inner", Law(torques=("-coefficient*omega1*abs(omega1)", ""))),
-    _drag("outer", _STRIPS, "strips"),
+    _drag("outer", _STRIPS, "strips", source=f"strip theory; {_ACROSS}"),
     _drag("outer", Law(torques=("", "-coefficient*omega2*abs(omega2)")), "rotation"),
+    _drag("outer", _BOB, "bob", "air drag on a body at the rod's end", _BLUNT),
     *in_joints(
         "joint_spring",
         "a spring across the joint",

@@ -160,6 +160,18 @@ def test_drag_along_a_rod_is_the_integral_over_it_wherever_the_air_comes_from(st
     assert found == pytest.approx(expected, rel=1e-5, abs=1e-6)
 
 
+@given(state=st.tuples(*[st.floats(-10.0, 10.0)] * 2, *[st.floats(-20.0, 20.0)] * 2), ratio=st.floats(0.3, 3.0))
+def test_drag_of_a_body_at_a_rod_s_end_takes_the_power_that_its_speed_says(state, ratio):
+    theta1, theta2, omega1, omega2 = state
+    lever, by = TABLE_5["L"] / (ratio * OUTER_LENGTH), np.exp(1j * np.array([theta1, theta2]))
+    speed = abs(lever * omega1 * by[0] + omega2 * by[1])
+    torque = torque_of(EFFECTS["air_drag.outer.bob"], state, [0.01, ratio])
+    assert torque @ [omega1, omega2] == pytest.approx(-0.01 * speed**3, rel=1e-6, abs=1e-9)
+    # A body that the inner rod alone carries along is braked along that rod's circle.
+    carried = torque_of(EFFECTS["air_drag.outer.bob"], (theta1, theta1, omega1, 0.0), [0.01, ratio])
+    assert carried[0] == pytest.approx(-0.01 * lever**3 * omega1 * abs(omega1), rel=1e-6, abs=1e-9)
+
+
 KINDS = [
     # Errors of encoders, and what bends under them, do not move the rods.
     (lambda e: not e.moves,
