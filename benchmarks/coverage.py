@@ -41,8 +41,10 @@ RATES = (200, 60)
 """A usual one and a low one [Hz]."""
 DURATION = 8.0
 """Of a trial [s]; two are fitted."""
-STRENGTHS: Mapping[str, float | None] = {"nothing": None, "clear": 3.0, "faint": 0.2}
+STRENGTHS: Mapping[str, float | None] = {"nothing": None, "clear": 3.0, "faint": 0.2, "drifting": 3.0}
 """What is hidden: what it moves the angles by beyond imitation, over the noise."""
+DRIFTING = "drifting_friction.outer"
+"""Dry friction that falls along each trial; its parameters in the package are other ones."""
 EFFECTS = ("coulomb_friction.outer", "encoder_offset.outer", "cogging_torque.outer", "air_drag.outer")
 """They take turns."""
 _ABOUT = 0.3
@@ -67,7 +69,7 @@ def examine(job: str) -> Kept:
     """Identify and trace one set of trials, `NOISE/RATE/STRENGTH/SEED`: deviations of values over what is stated."""
     noise, rate, strength, seed = job.split("/")
     visible = STRENGTHS[strength]
-    kind = "none" if visible is None else EFFECTS[int(seed) % len(EFFECTS)]
+    kind = "none" if visible is None else DRIFTING if strength == "drifting" else EFFECTS[int(seed) % len(EFFECTS)]
     made = truth(kind, int(seed), visible=visible, setting=_setting(noise, int(rate), int(seed)))
     found = identified(made)
     traced = trace(found)
@@ -77,7 +79,8 @@ def examine(job: str) -> Kept:
     off = fit.values[: len(GROUPS)] - groups_of(physical, length)
     base = off / np.sqrt(np.diag(spread)[: len(GROUPS)])
     inertia = float(inertia_about_cart(physical, length))
-    of_effects = [deviation for hidden in made.hidden for deviation in _deviations(fit, spread, hidden, inertia)]
+    known = [hidden for hidden in made.hidden if kind != DRIFTING]
+    of_effects = [deviation for hidden in known for deviation in _deviations(fit, spread, hidden, inertia)]
     return {
         "job": job,
         "hidden": "" if kind == "none" else kind,
