@@ -57,6 +57,7 @@ _NAMES = {
     "heavy_cart": "pivot_compliance",
     "drifting_encoder_offset": "encoder_offset",
     "bob_drag": "air_drag",
+    "eddy_brake": "varying_viscosity",
 }
 """What the catalogue calls that which has another name in the reference."""
 _HIDDEN_AS = {
@@ -64,6 +65,7 @@ _HIDDEN_AS = {
     "heavy_cart": "hidden as a heavy cart on a soft stand",
     "drifting_encoder_offset": "by the end of a trial",
     "bob_drag": "hidden as a body on the rod",
+    "eddy_brake": "hidden in a part of the turn",
     "backlash": "half of the gap, as in the table above",
     "rotor_inertia": "hidden as a rotor that turns with the outer joint",
 }

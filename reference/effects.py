@@ -177,7 +177,7 @@ _DRY: dict[str, Callable[[Joint, Occasion], Effect]] = {
 
 _TORQUES = ("quadratic_friction", "joint_spring", "cogging_torque", "magnet", "air_drag", "bob_drag", "impulse",
             "presliding_friction", "rotor_inertia", "constant_torque", "varying_viscosity", "end_stop",
-            "drifting_viscosity")  # fmt: skip
+            "drifting_viscosity", "eddy_brake")  # fmt: skip
 
 
 def _torque(name: str, joint: Joint, of: Occasion) -> Effect:
@@ -223,6 +223,10 @@ def _torque(name: str, joint: Joint, of: Occasion) -> Effect:
         periods, phase = int(rng.integers(1, 3)), rng.uniform(-math.pi, math.pi)
         put = _acting(lambda size: torques.eddy_currents(joint, size, periods, phase))
         return Effect(name, joint, "N m s", 1e-4 * inertia, 0.3 * inertia, put)
+    if name == "eddy_brake":
+        at, half = rng.uniform(-0.6, 0.6), rng.uniform(0.3, 0.9)
+        put = _acting(lambda size: torques.eddy_brake(joint, size, at, half))
+        return Effect(name, joint, "N m s", 1e-4 * inertia, 3.0 * inertia, put)
     if name == "drifting_viscosity":
         time_constant = rng.uniform(0.3, 1.0) * max(of.durations)
         put = _acting(lambda size: torques.cooling(joint, size, time_constant))

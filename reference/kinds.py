@@ -10,7 +10,7 @@ _IN_BOTH = ("coulomb_friction", "stribeck_friction", "quadratic_friction", "load
             "cogging_torque", "impulse", "encoder_offset", "encoder_scale", "encoder_eccentricity",
             "encoder_slip", "backlash", "constant_torque", "varying_viscosity", "encoder_harmonic",
             "encoder_compliance", "magnet", "end_stop", "drifting_viscosity", "drifting_encoder_offset",
-            "encoder_interpolation")  # fmt: skip
+            "encoder_interpolation", "eddy_brake")  # fmt: skip
 SINGLE = (*(f"{name}.{joint}" for name in _IN_BOTH for joint in ("inner", "outer")), "gravity_tilt.base",
           "pivot_compliance.base", "heavy_cart.base", "time_offset.outer", "rod_flex.inner",
           "oblique_view.base", "side_force.base", "bob_drag.outer")  # fmt: skip
@@ -61,6 +61,8 @@ _ALIKE = (
     {"heavy_cart.base", "pivot_compliance.base"},
     {"quadratic_friction.inner", "air_drag.inner"},
     {"bob_drag.outer", "air_drag.outer"},
+    {"eddy_brake.inner", "varying_viscosity.inner"},
+    {"eddy_brake.outer", "varying_viscosity.outer"},
     {"coulomb_friction.inner", "stribeck_friction.inner"},
     {"coulomb_friction.outer", "stribeck_friction.outer"},
 )

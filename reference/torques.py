@@ -21,7 +21,7 @@ from reference.mechanics import L
 Array = npt.NDArray[np.float64]
 Joint = Literal["inner", "outer"]
 
-QUADRATIC, SPRING, COGGING, MAGNET, DRAG, KNOCK, DAHL, CONSTANT, EDDY, STOP, COOLING, WIND, BOB = range(13)
+QUADRATIC, SPRING, COGGING, MAGNET, DRAG, KNOCK, DAHL, CONSTANT, EDDY, STOP, COOLING, WIND, BOB, BRAKE = range(14)
 _WIDTH = 8
 
 
@@ -106,6 +106,11 @@ def stop(joint: Joint, stiffness: float, place: float, loss: float) -> Torque:
     return Torque(STOP, joint, (stiffness, place, loss))
 
 
+def eddy_brake(joint: Joint, coefficient: float, at: float, half: float) -> Torque:
+    """Return viscous friction [N m s] that is largest at an angle and falls to nothing `half` to either side [rad]."""
+    return Torque(BRAKE, joint, (coefficient, at, half))
+
+
 def cooling(joint: Joint, size: float, time_constant: float) -> Torque:
     """Return viscous friction [N m s] that a trial begins with and that dies away within a time [s]."""
     return Torque(COOLING, joint, (size, time_constant))
@@ -175,6 +180,9 @@ def add_torques(torques: Array, rig: Array, time: float, state: Array, rates: Ar
             in_joint = a
         elif kind == EDDY:
             in_joint = -a * rate * math.sin(b * angle + c)
+        elif kind == BRAKE:
+            away = wrapped(angle - b) / c
+            in_joint = -0.5 * a * rate * (1.0 + math.cos(math.pi * away)) if abs(away) < 1.0 else 0.0
         elif kind == COOLING:
             in_joint = -a * rate * math.exp(-time / b)
         elif kind == WIND:

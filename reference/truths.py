@@ -32,6 +32,7 @@ VISIBLE = (0.4, 40.0)
 _SAME = (
     frozenset({("gravity_tilt", "base"), ("encoder_offset", "inner")}),
     frozenset({("quadratic_friction", "inner"), ("air_drag", "inner")}),
+    *(frozenset({("eddy_brake", joint), ("varying_viscosity", joint)}) for joint in ("inner", "outer")),
     frozenset({("bob_drag", "outer"), ("air_drag", "outer")}),
     frozenset({("heavy_cart", "base"), ("cart_on_spring", "base"), ("pivot_compliance", "base")}),
 )

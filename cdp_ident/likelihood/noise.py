@@ -75,7 +75,8 @@ class Noise:
         """
         found = []
         for of, swing in zip(impulses, swings, strict=True):
-            squares = np.sum(of**2, axis=1) / (torque**2 * swing.spacing)
+            with np.errstate(over="ignore"):  # a motion that is lost altogether
+                squares = np.sum(of**2, axis=1) / (torque**2 * swing.spacing)
             found.append(np.where(self.torque > least, np.sqrt((_FREEDOM + squares) / (_FREEDOM + 1.0)), 1.0))
         return replace(self, tails=tuple(found))
 

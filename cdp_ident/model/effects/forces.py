@@ -29,6 +29,8 @@ COGGING_PERIODS = tuple(range(2, 17))
 
 _AROUND = tuple(f"{angle:.1f}" for angle in np.arange(-3.0, 3.2, 0.2))
 """Angles that a magnet's place is looked for at [rad]: its usual reach apart."""
+_SECTORS = _AROUND[::2]
+"""Angles that a sector of friction is looked for at [rad]."""
 _STOPS = tuple(f"{sign}{angle}" for sign in ("", "-") for angle in (0.5, 0.8, 1.2, 1.6, 2.0, 2.5, 3.0))
 """Angles that a stop is looked for at [rad]."""
 
@@ -214,6 +216,21 @@ FORCES = (
     ),
     *(effect for periods in COGGING_PERIODS for effect in _cogging(periods)),
     *(effect for periods in (1, 2) for effect in _varying_viscosity(periods)),
+    *in_joints(
+        "varying_viscosity",
+        "viscous friction in a part of the turn",
+        Law(
+            torque="-coefficient*speed*exp(-(away/reach)^2/2)",
+            where=(("away", "2*atan(tan((angle - place)/2))"),),
+        ),
+        [
+            EffectParameter("coefficient", "N m s", 0.0, 50.0, 0.01, inertia_power=1),
+            EffectParameter("place", "rad", -math.pi, math.pi, 0.0, width=2.0, begins=_SECTORS, shape=True),
+            EffectParameter("reach", "rad", 0.05, 1.5, 0.3, shape=True),
+        ],
+        "eddy currents in what passes a magnet: Heald, Magnetic braking, Am. J. Phys. 56, 1988",
+        variant="near a place",
+    ),
     Effect(
         "geared_rotor",
         "outer",

@@ -192,7 +192,7 @@ KINDS = [
      {"quadratic_friction"}),
     # States belong to what remembers, swings or has play.
     (lambda e: e.remembers, {"presliding_friction"}),
-    (lambda e: e.is_local, {"magnet", "end_stop"}),
+    (lambda e: e.is_local, {"magnet", "end_stop", *(f"varying_viscosity.{joint}.near a place" for joint in JOINTS)}),
     (lambda e: e.swings, {"pivot_compliance.base.oscillating"}),
     (lambda e: e.states and not e.moves, {"backlash", "encoder_filter", "encoder_compliance"}),
     (lambda e: e.brings_states, {"presliding_friction", "pivot_compliance.base.oscillating"}),
