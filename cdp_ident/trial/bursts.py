@@ -8,7 +8,7 @@ tells where samples are missing. Where it is slow, bursts do: with one missing b
 """
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.polynomial.polynomial import polyvander
@@ -25,7 +25,7 @@ _ONCE, _AS_SMOOTH = 0.8, 1.2
 """The same, where fewer samples than this share have a stamp of their own."""
 _NEAREST = 2.5
 """The fewest samples before and after one that tell smooth motion."""
-_UNEVEN = 0.03
+UNEVEN = 0.03
 """Times that are off even ones by less than this share of their spacing (rms) are taken as they are."""
 LONGEST_WAIT = 1.05
 """No buffer waits for longer, and no clock shows less than seconds [s]."""
@@ -119,7 +119,7 @@ def _even(index: Indices, time: Array, wait: float, most: float = 1.0) -> Array 
     even = np.mean(time) + step * (index - np.mean(index))
     off = time - even
     is_late = np.max(np.abs(off)) < most * max(wait, _FEW * step)
-    return np.asarray(even) if is_late and np.std(off) > _UNEVEN * step else None
+    return np.asarray(even) if is_late and np.std(off) > UNEVEN * step else None
 
 
 def _ends(time: Array, wait: float) -> Indices:
@@ -148,7 +148,7 @@ def _by_motion(angles: Array) -> tuple[Indices, Indices]:
     """
     index = np.arange(len(angles))
     places = np.arange(NEAR, len(angles) - NEAR + 1)
-    left = _off_cubics(index, angles, places)
+    left = off_cubics(index, angles, places, _CASES)
     # An encoder at rest says the same again and again, whatever its noise in motion.
     changing = left[:, 0] > _NOTHING
     usual = float(np.median(left[changing, 0])) if np.any(changing) else np.inf
@@ -162,7 +162,7 @@ def _by_motion(angles: Array) -> tuple[Indices, Indices]:
         np.add.at(lost := np.zeros(len(index), dtype=np.int64), places[best], _LOST[np.argmin(left[best], axis=1)])
         index += np.cumsum(lost)
         again = np.unique(np.clip(best[:, None] + np.arange(-NEAR, NEAR + 1), 0, len(places) - 1))
-        left[again] = _off_cubics(index, angles, places[again])
+        left[again] = off_cubics(index, angles, places[again], _CASES)
     return index, places[left[:, 1] < _SLOW * np.maximum(left[:, 0], usual)]
 
 
@@ -188,10 +188,13 @@ def _by_bursts(index: Indices, time: Array, ends: Indices, slow: Indices) -> Ind
     return index
 
 
-def _off_cubics(index: Indices, angles: Array, places: Indices) -> Array:
-    """Return how far angles (n, k) about places (m,) are from cubics over their count, with each of `_CASES`."""
+def off_cubics(index: Array | Indices, angles: Array, places: Indices, cases: Sequence[tuple[int, int]]) -> Array:
+    """Return how far angles (n, k) about places (m,) are from cubics over their count (n,), with each of such `_CASES`.
+
+    Each place has `NEAR` samples before it, and, with it, as many after.
+    """
     around = np.arange(-NEAR, NEAR)
-    skipped = np.array([lost * (around >= 0) + (another > 0) * (around >= another) for lost, another in _CASES])
+    skipped = np.array([lost * (around >= 0) + (another > 0) * (around >= another) for lost, another in cases])
     found = []
     for some in np.array_split(places, 1 + len(places) // _AT_ONCE):
         rows = some[:, None] + around

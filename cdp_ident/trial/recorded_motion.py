@@ -12,6 +12,7 @@ from cdp_ident.errors import TrialError
 from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.trial.balance import WINDOW, Motion, motion_on_grid, over_windows
 from cdp_ident.trial.bursts import evened
+from cdp_ident.trial.clock import evenly_clocked
 from cdp_ident.trial.joints import Piece, Samples, in_angles, model_angles
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.order import elapsed
@@ -113,7 +114,10 @@ def clean(samples: Samples, start: float = 0.0, stop: float = np.inf) -> tuple[P
     """
     set_back = np.diff(samples.stamps) < 0
     angles = samples.angles * (TURN / np.array(samples.turns))
-    time, notes = evened(elapsed(samples.stamps), angles, np.flatnonzero(set_back) + 1)
+    parts = np.flatnonzero(set_back) + 1
+    time, clocked = evenly_clocked(elapsed(samples.stamps), angles, parts)
+    time, notes = evened(time, angles, parts)
+    notes = clocked + notes
     first = np.concatenate([[True], (np.diff(time) > 0) | set_back])[: len(time)]
     if repeated := int(np.count_nonzero(~first)):
         notes.append(f"{repeated} samples with a stamp that was there already are dropped")

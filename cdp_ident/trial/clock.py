@@ -1,0 +1,86 @@
+# Copyright 2026 cdp_ident maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Times by a clock that steps, or shows only its last digit, while samples are measured evenly.
+
+A clock that is set moves both joints at once, as fast as they are: the motion goes on as after a usual interval, and
+not as after that of the stamps. Where samples are lost or late, the stamps' interval is the true one.
+"""
+
+import numpy as np
+
+from cdp_ident.arrays import Array, Indices
+from cdp_ident.trial.bursts import FEWEST, LONGEST_WAIT, NEAR, UNEVEN, off_cubics
+
+_ODD = 10.0
+"""An interval is odd where it is off the usual one by so many times what intervals are off it by (median)."""
+_CLEAR = 2.0
+"""Motion is as after one interval and not the other where it is rougher after this by so many times what is usual."""
+_AS_SMOOTH = 1.2
+"""Where motion tells nothing, it is no rougher than this by one of both."""
+_DIGITS = 1.5
+"""Rounded, even times lie within so many of their last digits about a line."""
+_TOLD = 3
+_AS_STAMPED = [(0, 0)]
+
+
+def evenly_clocked(time: Array, angles: Array, parts: Indices) -> tuple[Array, list[str]]:
+    """Return times of samples (n,) [s] by a clock that goes evenly, and what there is to say about it.
+
+    They are stamped at `time` (n,), ascending [s], and show `angles` (n, k) [rad]; `parts` are the first samples after
+    the clock was set back. Steps of the clock are taken out, and times that are rounded are taken evenly.
+    """
+    intervals = np.diff(time)
+    if len(intervals) < FEWEST or (usual := float(np.median(intervals))) <= 0.0:
+        return time, []
+    digit = 1e-6 * float(np.gcd.reduce(np.round(1e6 * time).astype(np.int64)))
+    off = intervals - usual
+    least = max(UNEVEN * usual, _ODD * float(np.median(np.abs(off))), _DIGITS * digit if digit < usual / 2 else 0.0)
+    odd = np.abs(off) > least
+    if np.sum(intervals[~odd]) < np.sum(np.minimum(intervals, LONGEST_WAIT)[odd]):  # bursts
+        return time, []
+    odd[parts - 1] = True
+    alone = odd & (np.convolve(odd, np.ones(2 * NEAR + 1), mode="same") < 1.5)
+    alone[[*range(NEAR - 1), *range(len(odd) - NEAR + 1, len(odd))]] = alone[parts - 1] = False
+    continuous, places = np.asarray(np.unwrap(angles, axis=0)), np.flatnonzero(alone) + 1
+    notes, times = [], time - np.append(0.0, np.cumsum(_of_clock(time, continuous, places, usual)))
+    if len(steps := np.flatnonzero(np.abs(np.diff(time - times)) > UNEVEN * usual)):
+        shown = [f"{off[at]:.3g} s at {time[at]:.3f} s" for at in steps[:_TOLD]]
+        more = f" and {len(steps) - _TOLD} more times" if len(steps) > _TOLD else ""
+        notes.append(f"the clock steps by {', '.join(shown)}{more}: taken out, as the motion goes on without them")
+    if UNEVEN * usual < digit < usual / 2:
+        for part in np.split(np.arange(len(time)), parts):
+            even, step = _even(times[part], digit)
+            times[part] = even - even[0] + times[max(0, part[0] - 1)]
+            if step:
+                notes.append(f"times are rounded to {1e3 * digit:.3g} ms: taken evenly, {1e3 * step:.4g} ms apart")
+    return times, notes
+
+
+def _of_clock(time: Array, angles: Array, places: Indices, usual: float) -> Array:
+    """Return by how much each interval (n - 1,) is too long by a step of the clock before some of the `places` [s]."""
+    too_long = np.zeros(len(time) - 1)
+    if not len(places):
+        return too_long
+    too_long[places - 1] = time[places] - time[places - 1] - usual
+    every = off_cubics(time / usual, angles, np.arange(NEAR, len(time) - NEAR + 1), _AS_STAMPED)[:, 0]
+    noise, stamped = float(np.median(every)), every[places - NEAR]
+    evenly = off_cubics((time - np.append(0.0, np.cumsum(too_long))) / usual, angles, places, _AS_STAMPED)[:, 0]
+    told = (evenly < _CLEAR * noise) & (stamped**2 > evenly**2 + (_CLEAR * noise) ** 2)
+    # Slow motion tells nothing. No sample is lost there, and none is measured too early, or the clock is known to step.
+    steps = (time[places] - time[places - 1]) / usual
+    is_odd = (np.abs(steps - np.round(steps)) > UNEVEN) & (np.any(told) | (steps < 1.0))
+    told |= is_odd & (evenly < _CLEAR * noise) & (evenly < _AS_SMOOTH * stamped)
+    too_long[places[~told] - 1] = 0.0
+    return too_long
+
+
+def _even(time: Array, digit: float) -> tuple[Array, float]:
+    """Return even times of samples at rounded times (n,), and their distance; those given, and 0, if these are not."""
+    steps = np.diff(time)
+    if len(steps) < FEWEST:
+        return time, 0.0
+    usual = np.mean(steps[steps < 1.5 * np.median(steps)])
+    count = np.append(0.0, np.cumsum(np.round(steps / usual)))
+    step, first = np.polyfit(count, time, 1)
+    even = first + step * count
+    return (even, float(step)) if np.ptp(time - even) < _DIGITS * digit else (time, 0.0)
