@@ -17,8 +17,11 @@ _CLEAR = 2.0
 """Motion is as after one interval and not the other where it is rougher after this by so many times what is usual."""
 _AS_SMOOTH = 1.2
 """Where motion tells nothing, it is no rougher than this by one of both."""
-_DIGITS = 1.5
-"""Rounded, even times lie within so many of their last digits about a line."""
+_DIGITS, _COARSEST = 1.25, 0.75
+"""Rounded, even times lie within so many of their last digits about a line; and how many intervals a digit is at most.
+"""
+_BY_CHANCE = 2
+"""So many steps of a clock may all be ahead, or back, by chance."""
 _TOLD = 3
 _AS_STAMPED = [(0, 0)]
 
@@ -33,21 +36,26 @@ def evenly_clocked(time: Array, angles: Array, parts: Indices) -> tuple[Array, l
     if len(intervals) < FEWEST or (usual := float(np.median(intervals))) <= 0.0:
         return time, []
     digit = 1e-6 * float(np.gcd.reduce(np.round(1e6 * time).astype(np.int64)))
+    digit = digit if digit < _COARSEST * usual else 0.0
     off = intervals - usual
-    least = max(UNEVEN * usual, _ODD * float(np.median(np.abs(off))), _DIGITS * digit if digit < usual / 2 else 0.0)
-    odd = np.abs(off) > least
+    odd = np.abs(off) > max(UNEVEN * usual, _ODD * float(np.median(np.abs(off))), _DIGITS * digit)
     if np.sum(intervals[~odd]) < np.sum(np.minimum(intervals, LONGEST_WAIT)[odd]):  # bursts
         return time, []
     odd[parts - 1] = True
     alone = odd & (np.convolve(odd, np.ones(2 * NEAR + 1), mode="same") < 1.5)
     alone[[*range(NEAR - 1), *range(len(odd) - NEAR + 1, len(odd))]] = alone[parts - 1] = False
     continuous, places = np.asarray(np.unwrap(angles, axis=0)), np.flatnonzero(alone) + 1
-    notes, times = [], time - np.append(0.0, np.cumsum(_of_clock(time, continuous, places, usual)))
-    if len(steps := np.flatnonzero(np.abs(np.diff(time - times)) > UNEVEN * usual)):
+    too_long = _of_clock(time, continuous, places, usual)
+    steps, largest = np.flatnonzero(too_long), float(np.max(np.abs(too_long)))
+    if len(steps) > _BY_CHANCE and np.ptp(np.sign(too_long[steps])) == 0.0 and largest < _COARSEST * usual:
+        # The clock that shows so little runs at another pace than its usual intervals tell.
+        digit, steps, too_long = largest, steps[:0], np.zeros(len(too_long))
+    notes, times = [], time - np.append(0.0, np.cumsum(too_long))
+    if len(steps):
         shown = [f"{off[at]:.3g} s at {time[at]:.3f} s" for at in steps[:_TOLD]]
         more = f" and {len(steps) - _TOLD} more times" if len(steps) > _TOLD else ""
         notes.append(f"the clock steps by {', '.join(shown)}{more}: taken out, as the motion goes on without them")
-    if UNEVEN * usual < digit < usual / 2:
+    if digit > UNEVEN * usual:
         for part in np.split(np.arange(len(time)), parts):
             even, step = _even(times[part], digit)
             times[part] = even - even[0] + times[max(0, part[0] - 1)]

@@ -85,11 +85,11 @@ def new_readings(readings: Array, known: Mask, turns: Array) -> tuple[Mask, list
         columns[-1], said[-1] = found
         changed[-1] = np.flatnonzero(np.diff(columns[-1])) + 1
         often[-1] = _repeats(columns[-1], changed[-1])
-    at_once = together and max(often) < _ALIKE * min(often)
+    fast = [_in_motion(column, changes) for column, changes in zip(columns, changed, strict=True)]
+    at_once = together and max(often) < _ALIKE * min(often) and _at_once(changed, fast, max(often))
     if at_once:
         changed = [np.unique(np.concatenate(changed))] * len(changed)
-    fast = [_in_motion(column, changes) for column, changes in zip(columns, changed, strict=True)]
-    if at_once:
+        fast = [_in_motion(column, changes) for column, changes in zip(columns, changed, strict=True)]
         fast = [np.any(fast, axis=0)] * len(fast)
     notes = []
     for has, column, changes, moves, times, whose in zip(known.T, columns, changed, fast, often, said, strict=True):
@@ -186,6 +186,17 @@ def _repeats(readings: Array, changes: Indices, rounding: float = 0.0) -> float:
     if len(in_motion) < _FEWEST or not _REPEATED <= (mean := float(np.mean(in_motion))) < _STEPS:
         return 1.0
     return mean
+
+
+def _at_once(changed: Sequence[Indices], fast: Sequence[Mask], often: float) -> bool:
+    """Return whether fast changes of one joint are those of the other more often than by chance, one in so many."""
+    if len(changed) < len(JOINTS):
+        return True
+    one, other = changed
+    after = np.searchsorted(other, one)
+    both = fast[0] & np.append(fast[1], False)[after]
+    same = np.append(other, -1)[after][both] == one[both]
+    return not len(same) or bool(np.mean(same) >= 0.5 + 0.5 / often)
 
 
 def _in_motion(readings: Array, changes: Indices, rounding: float = 0.0) -> Mask:

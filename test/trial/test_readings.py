@@ -36,6 +36,19 @@ def test_readings_at_odd_rates_are_as_many_as_were_measured_in_motion_and_at_res
     assert all("repetitions are left out" in note for note in notes)
 
 
+@pytest.mark.parametrize("times", [2, 3, 4])
+@pytest.mark.parametrize("noise", [0.0, 1e-3])
+def test_joints_that_are_read_in_turn_are_new_in_turn(times, noise):
+    measured = MOTION + np.random.default_rng(5).normal(0.0, noise, MOTION.shape)
+    row, read = np.arange(len(TIME)), np.array([0, times // 2])
+    held = np.maximum((row[:, None] - read) // times * times + read, 0)
+    new, notes = new_readings(np.round(np.take_along_axis(measured, held, 0) / COUNT) * COUNT, KNOWN, TURNS)
+    right = np.abs(MOTION - MOTION[held, [0, 1]]) == 0.0
+    assert np.count_nonzero(new & ~right) < 0.02 * len(TIME)
+    assert np.count_nonzero(new, axis=0) == pytest.approx(np.full(2, len(TIME) / times), abs=2)
+    assert all("repetitions are left out" in note for note in notes)
+
+
 @pytest.mark.parametrize("share", [0.1, 0.3, 0.5])
 @pytest.mark.parametrize("noise", [0.0, 1e-3])
 def test_readings_that_repeat_at_random_are_new_once_in_motion(share, noise):
