@@ -103,6 +103,12 @@ def _parts(stamps: Indices, rows: Indices) -> tuple[list[Indices], int]:
         if run.begin >= latest:
             parts[-1].append(run)
         elif _meet([run], parts[-1][max(0, place - 1) : place + 1], near):
+            before = parts[-1][place - 1]
+            if place and run.begin < before.end:
+                # Parted where another lies in it, so that the neighbours of the next ones are those beside them.
+                at = before.first + int(np.searchsorted(stamps[before.first : before.last], run.begin, side="right"))
+                parts[-1][place - 1] = before._replace(end=int(stamps[at - 1]), last=at)
+                parts[-1].insert(place, before._replace(begin=int(stamps[at]), first=at))
             parts[-1].insert(place, run)
         elif not run.is_long and (number + 1 == len(runs) or runs[number + 1].begin >= latest):
             dropped += run.last - run.first

@@ -25,6 +25,10 @@ def test_a_late_sample_is_put_where_its_stamp_belongs():
 STAMPS = np.arange(0, 5000, 5)
 
 
+def late_by(share, time):
+    return STAMPS[np.argsort(STAMPS + time * (np.random.default_rng(1).random(1000) < share), kind="stable")]
+
+
 @pytest.mark.parametrize(
     "stored",
     [
@@ -33,8 +37,9 @@ STAMPS = np.arange(0, 5000, 5)
         np.random.default_rng(1).permutation(STAMPS),
         np.random.default_rng(1).permutation(np.arange(0, 13_000, 5).reshape(26, 100)).ravel(),
         *(5 * np.argsort(np.arange(2600) + np.random.default_rng(k).uniform(0, 40, 2600)) for k in range(4)),
+        *(late_by(*of) for of in ((0.02, 400), (0.1, 60), (0.3, 30), (0.1, 1500))),
     ],
-    ids=["a block late", "the last first", "no order", "blocks in no order", *("near their places",) * 4],
+    ids=["a block late", "the last first", "no order", "blocks in no order", *("near",) * 4, *("some late",) * 4],
 )
 def test_samples_stored_in_any_order_are_put_in_that_of_their_stamps(stored):
     order, notes = ordered(stored)
