@@ -14,6 +14,7 @@ from cdp_ident.trial.balance import WINDOW, Motion, motion_on_grid, over_windows
 from cdp_ident.trial.bursts import evened
 from cdp_ident.trial.clock import evenly_clocked
 from cdp_ident.trial.joints import Piece, Samples, in_angles, model_angles
+from cdp_ident.trial.kinematics import SAME, encoder_step
 from cdp_ident.trial.options import TrialOptions
 from cdp_ident.trial.order import elapsed
 from cdp_ident.trial.outliers import TURN, outliers, steps
@@ -25,6 +26,8 @@ _FEWEST_SAMPLES = 4
 """Samples in one unit of the motion's time scale below which its velocities cannot be estimated."""
 _TOLD = 3
 """So many gaps, steps of readings, and steps back of the clock, are told with their places."""
+_ANOTHER_ZERO = 1.0
+"""Readings that step by more [rad] go on from another zero: no motion is followed over so many lost counts."""
 _REST_WINDOW = 8 * PER_UNIT
 _BURIED = 4.0
 """Motion of so many times the noise tells next to nothing beside the motion before it: minutes of it would be most of
@@ -87,14 +90,20 @@ def recorded_motion(samples: Samples, options: TrialOptions) -> Recorded:
             f"{'; '.join(notes) or 'the recording is too short'}"
         )
     measured = []
-    for piece in pieces:
+    for number, piece in enumerate(pieces):
         stepped = np.column_stack([steps(piece.time, angle) for angle in piece.samples.angles.T])
-        for joint, step in zip(JOINTS, stepped.T, strict=True):
-            places = np.flatnonzero(step)
-            shown = [f"{step[at]:.3g} rad at {piece.time[at]:.3f} s" for at in places[:_TOLD]]
-            more = " …" if len(places) > _TOLD else ""
-            if shown:
-                notes.append(f"readings of the {joint} joint step by {', '.join(shown)}{more} (lost counts?): kept")
+        zeroed = np.any(np.abs(stepped) > _ANOTHER_ZERO, axis=1, keepdims=True)
+        counts = np.array([encoder_step(angle) or SAME for angle in piece.samples.angles.T])
+        stepped = np.where(zeroed, counts * np.round(stepped / counts), stepped)
+        for rows, words in ((~zeroed, "(lost counts?): kept"), (zeroed, "(another zero, a reset?): taken out")):
+            for joint, step in zip(JOINTS, (stepped * rows).T, strict=True):
+                places = np.flatnonzero(step)
+                shown = [f"{step[at]:.3g} rad at {piece.time[at]:.3f} s" for at in places[:_TOLD]]
+                more = " …" if len(places) > _TOLD else ""
+                if shown:
+                    notes.append(f"readings of the {joint} joint step by {', '.join(shown)}{more} {words}")
+        angles = piece.samples.angles - np.cumsum(stepped * zeroed, axis=0)
+        pieces[number] = replace(piece, samples=replace(piece.samples, angles=angles))
         # What the angles mean and what acts on the rods is that of the motion, not of its readings.
         angles = piece.samples.angles - np.cumsum(stepped, axis=0)
         measured.append((piece.time, replace(piece.samples, angles=angles)))

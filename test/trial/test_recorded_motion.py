@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 
 from cdp_ident.trial.balance import motion_on_grid
 from cdp_ident.trial.joints import Samples
-from cdp_ident.trial.recorded_motion import at_rest, cart_driven, clean, cut_at_gaps
+from cdp_ident.trial.options import TrialOptions
+from cdp_ident.trial.recorded_motion import at_rest, cart_driven, clean, cut_at_gaps, recorded_motion
 
 MS = 1_000_000
 ORIGIN = 10**18
@@ -93,6 +94,22 @@ def test_a_spike_of_any_size_is_left_out_and_adds_no_turn(at, joint, size, speed
     if len(piece.time) == 199 and 0 < at < 199:
         assert clean(samples)[1] == pytest.approx([at * 0.005])
     assert notes == ""
+
+
+@pytest.mark.parametrize(("zeroed", "by"), [((0,), -3.05), ((1,), np.pi), ((0, 1), -1.2), ((0, 1), 5.0)])
+def test_readings_from_another_zero_are_those_from_the_first(zeroed, by):
+    count = 2 * np.pi / 8000
+    right = np.round(np.column_stack([1.5 * np.sin(5 * TIME), 2 * np.cos(7 * TIME)]) / count) * count
+    angles = right.copy()
+    angles[900:, zeroed] += np.round(by / count) * count
+    angles[1500:, 0] += 40 * count
+    found = recorded_motion(Samples(ORIGIN + np.arange(2000) * 5 * MS, angles, None), TrialOptions())
+    (piece,) = found.pieces
+    right[1500:, 0] += 40 * count
+    off = piece.samples.angles - right
+    assert np.max(np.abs(off - 2 * np.pi * np.round(off / 2 / np.pi))) < 1.5 * count
+    assert sum("at 4.500 s (another zero, a reset?): taken out" in note for note in found.notes) == len(zeroed)
+    assert sum("at 7.500 s (lost counts?): kept" in note for note in found.notes) == 1
 
 
 def motion(angle, cart=None):
