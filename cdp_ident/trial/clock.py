@@ -73,11 +73,15 @@ def _of_clock(time: Array, angles: Array, places: Indices, usual: float) -> Arra
     every = off_cubics(time / usual, angles, np.arange(NEAR, len(time) - NEAR + 1), _AS_STAMPED)[:, 0]
     noise, stamped = float(np.median(every)), every[places - NEAR]
     evenly = off_cubics((time - np.append(0.0, np.cumsum(too_long))) / usual, angles, places, _AS_STAMPED)[:, 0]
-    told = (evenly < _CLEAR * noise) & (stamped**2 > evenly**2 + (_CLEAR * noise) ** 2)
-    # Slow motion tells nothing. No sample is lost there, and none is measured too early, or the clock is known to step.
+    clear = (_CLEAR * noise) ** 2
+    told = (evenly < _CLEAR * noise) & (stamped**2 > evenly**2 + clear)
+    # Slow motion tells nothing. No sample is lost there, and none is measured too early, or the clock is known to step,
+    # but where samples are measured at such intervals elsewhere.
     steps = (time[places] - time[places - 1]) / usual
-    is_odd = (np.abs(steps - np.round(steps)) > UNEVEN) & (np.any(told) | (steps < 1.0))
-    told |= is_odd & (evenly < _CLEAR * noise) & (evenly < _AS_SMOOTH * stamped)
+    is_odd = np.abs(steps - np.round(steps)) > UNEVEN
+    if not np.any(is_odd & (evenly**2 > stamped**2 + clear)):
+        possible = is_odd & (np.any(told) | (steps < 1.0))
+        told |= possible & (evenly < _CLEAR * noise) & (evenly < _AS_SMOOTH * stamped)
     too_long[places[~told] - 1] = 0.0
     return too_long
 

@@ -49,6 +49,15 @@ def test_milliseconds_of_a_clock_that_was_set_are_even_behind_its_step():
     assert [note[:15] for note in notes] == ["the clock steps", "times are round"]
 
 
+@pytest.mark.parametrize("rate", [99.5, 100.3, 66.0])
+def test_readings_that_are_published_at_another_pace_are_taken_evenly(rate):
+    measured = np.arange(int(9.9 * rate)) / rate
+    published = EVEN[np.ceil(measured / EVEN[1]).astype(int)]
+    times, (note,) = evenly_clocked(published, swing(measured), NONE)
+    assert times - measured == pytest.approx(np.zeros(len(times)), abs=1.5e-3)
+    assert note.startswith("times are rounded to 5 ms: taken evenly")
+
+
 def test_times_stand_still_where_the_clock_was_set_back():
     part = np.arange(1000) >= 500
     even = 0.00498 * (np.arange(1000) - part)
@@ -79,7 +88,13 @@ def late(time):
     return time + 0.002 * (np.arange(len(time)) % 50 == 0)
 
 
-@pytest.mark.parametrize("taken", [lost, gap, slipped, jittering, late])
+def begun_anew(time):
+    """A sampler that is triggered now and then, and goes on from there."""
+    chance = np.random.default_rng(4)
+    return np.cumsum(np.diff(time) + (chance.random(len(time) - 1) < 0.005) * chance.uniform(-0.004, 0.004))
+
+
+@pytest.mark.parametrize("taken", [lost, gap, slipped, jittering, late, begun_anew])
 def test_true_times_stay(taken):
     times = taken(EVEN)
     found, notes = evenly_clocked(times, swing(times), NONE)
