@@ -8,7 +8,7 @@ tells where samples are missing. Where it is slow, bursts do: with one missing b
 """
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.polynomial.polynomial import polyvander
@@ -43,7 +43,8 @@ _BURSTS = 1.5
 """Bursts on either side that smooth motion is told by."""
 NEAR = 4
 """Samples before and after a place that smooth motion is told by."""
-_CASES = ((0, 0), *itertools.product(range(1, 5), range(NEAR)))
+Cases = tuple[tuple[int, int], ...]
+_CASES: Cases = ((0, 0), *itertools.product(range(1, 5), range(NEAR)))
 """How many samples may be lost at a place, and after how many of those behind it one more is; 0: none."""
 _LOST = np.array([lost for lost, _ in _CASES])
 _KINK, _STRAIGHT = 2.5, 0.4
@@ -148,7 +149,7 @@ def _by_motion(angles: Array) -> tuple[Indices, Indices]:
     """
     index = np.arange(len(angles))
     places = np.arange(NEAR, len(angles) - NEAR + 1)
-    left = off_cubics(index, angles, places, _CASES)
+    left = off_cubics(index, angles, places)
     # An encoder at rest says the same again and again, whatever its noise in motion.
     changing = left[:, 0] > _NOTHING
     usual = float(np.median(left[changing, 0])) if np.any(changing) else np.inf
@@ -162,7 +163,7 @@ def _by_motion(angles: Array) -> tuple[Indices, Indices]:
         np.add.at(lost := np.zeros(len(index), dtype=np.int64), places[best], _LOST[np.argmin(left[best], axis=1)])
         index += np.cumsum(lost)
         again = np.unique(np.clip(best[:, None] + np.arange(-NEAR, NEAR + 1), 0, len(places) - 1))
-        left[again] = off_cubics(index, angles, places[again], _CASES)
+        left[again] = off_cubics(index, angles, places[again])
     return index, places[left[:, 1] < _SLOW * np.maximum(left[:, 0], usual)]
 
 
@@ -188,18 +189,20 @@ def _by_bursts(index: Indices, time: Array, ends: Indices, slow: Indices) -> Ind
     return index
 
 
-def off_cubics(index: Array | Indices, angles: Array, places: Indices, cases: Sequence[tuple[int, int]]) -> Array:
-    """Return how far angles (n, k) about places (m,) are from cubics over their count (n,), with each of such `_CASES`.
+def off_cubics(
+    index: Array | Indices, angles: Array, places: Indices, cases: Cases = _CASES, near: int = NEAR
+) -> Array:
+    """Return how far angles (n, k) about places (m,) are from cubics over their count (n,), with each of some cases.
 
-    Each place has `NEAR` samples before it, and, with it, as many after.
+    Each place has so many samples `near` before it, and, with it, as many after.
     """
-    around = np.arange(-NEAR, NEAR)
+    around = np.arange(-near, near)
     skipped = np.array([lost * (around >= 0) + (another > 0) * (around >= another) for lost, another in cases])
     found = []
     for some in np.array_split(places, 1 + len(places) // _AT_ONCE):
         rows = some[:, None] + around
         counts, which = np.unique(index[rows] - index[some, None], axis=0, return_inverse=True)
-        orthogonal, _ = np.linalg.qr(polyvander((counts[:, None] + skipped) / NEAR, 3))
+        orthogonal, _ = np.linalg.qr(polyvander((counts[:, None] + skipped) / near, 3))
         off = np.eye(len(around)) - orthogonal @ np.swapaxes(orthogonal, -1, -2)
         found.append(np.linalg.norm(off[which.ravel()] @ angles[rows][:, None], axis=(2, 3)))
     return np.concatenate(found)

@@ -9,7 +9,7 @@ not as after that of the stamps. Where samples are lost or late, the stamps' int
 import numpy as np
 
 from cdp_ident.arrays import Array, Indices
-from cdp_ident.trial.bursts import FEWEST, LONGEST_WAIT, NEAR, UNEVEN, off_cubics
+from cdp_ident.trial.bursts import FEWEST, LONGEST_WAIT, UNEVEN, off_cubics
 
 _ODD = 10.0
 """An interval is odd where it is off the usual one by so many times what intervals are off it by (median)."""
@@ -23,7 +23,9 @@ _DIGITS, _COARSEST = 1.25, 0.75
 _BY_CHANCE = 2
 """So many steps of a clock may all be ahead, or back, by chance."""
 _TOLD = 3
-_AS_STAMPED = [(0, 0)]
+_NEAR = 8
+"""Samples before and after a step that tell it."""
+_AS_STAMPED = ((0, 0),)
 
 
 def evenly_clocked(time: Array, angles: Array, parts: Indices) -> tuple[Array, list[str]]:
@@ -42,8 +44,8 @@ def evenly_clocked(time: Array, angles: Array, parts: Indices) -> tuple[Array, l
     if np.sum(intervals[~odd]) < np.sum(np.minimum(intervals, LONGEST_WAIT)[odd]):  # bursts
         return time, []
     odd[parts - 1] = True
-    alone = odd & (np.convolve(odd, np.ones(2 * NEAR + 1), mode="same") < 1.5)
-    alone[[*range(NEAR - 1), *range(len(odd) - NEAR + 1, len(odd))]] = alone[parts - 1] = False
+    alone = odd & (np.convolve(odd, np.ones(2 * _NEAR + 1), mode="same") < 1.5)
+    alone[[*range(_NEAR - 1), *range(len(odd) - _NEAR + 1, len(odd))]] = alone[parts - 1] = False
     continuous, places = np.asarray(np.unwrap(angles, axis=0)), np.flatnonzero(alone) + 1
     too_long = _of_clock(time, continuous, places, usual)
     steps, largest = np.flatnonzero(too_long), float(np.max(np.abs(too_long)))
@@ -70,9 +72,9 @@ def _of_clock(time: Array, angles: Array, places: Indices, usual: float) -> Arra
     if not len(places):
         return too_long
     too_long[places - 1] = time[places] - time[places - 1] - usual
-    every = off_cubics(time / usual, angles, np.arange(NEAR, len(time) - NEAR + 1), _AS_STAMPED)[:, 0]
-    noise, stamped = float(np.median(every)), every[places - NEAR]
-    evenly = off_cubics((time - np.append(0.0, np.cumsum(too_long))) / usual, angles, places, _AS_STAMPED)[:, 0]
+    every = off_cubics(time / usual, angles, np.arange(_NEAR, len(time) - _NEAR + 1), _AS_STAMPED, _NEAR)[:, 0]
+    noise, stamped = float(np.median(every)), every[places - _NEAR]
+    evenly = off_cubics((time - np.append(0.0, np.cumsum(too_long))) / usual, angles, places, _AS_STAMPED, _NEAR)[:, 0]
     clear = (_CLEAR * noise) ** 2
     told = (evenly < _CLEAR * noise) & (stamped**2 > evenly**2 + clear)
     # Slow motion tells nothing. No sample is lost there, and none is measured too early, or the clock is known to step,
