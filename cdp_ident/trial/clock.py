@@ -10,6 +10,7 @@ import numpy as np
 
 from cdp_ident.arrays import Array, Indices
 from cdp_ident.trial.bursts import FEWEST, LONGEST_WAIT, UNEVEN, off_cubics
+from cdp_ident.trial.kinematics import SAME
 
 _ODD = 10.0
 """An interval is odd where it is off the usual one by so many times what intervals are off it by (median)."""
@@ -22,7 +23,7 @@ _DIGITS, _COARSEST = 1.25, 0.75
 """
 _BY_CHANCE = 2
 """So many steps of a clock may all be ahead, or back, by chance."""
-_TOLD = 3
+_TOLD, _LOOKED_AT = 3, 4096
 _NEAR = 8
 """Samples before and after a step that tell it."""
 _AS_STAMPED = ((0, 0),)
@@ -72,9 +73,14 @@ def _of_clock(time: Array, angles: Array, places: Indices, usual: float) -> Arra
     if not len(places):
         return too_long
     too_long[places - 1] = time[places] - time[places - 1] - usual
-    every = off_cubics(time / usual, angles, np.arange(_NEAR, len(time) - _NEAR + 1), _AS_STAMPED, _NEAR)[:, 0]
-    noise, stamped = float(np.median(every)), every[places - _NEAR]
-    evenly = off_cubics((time - np.append(0.0, np.cumsum(too_long))) / usual, angles, places, _AS_STAMPED, _NEAR)[:, 0]
+    some = np.arange(_NEAR, len(time) - _NEAR + 1, 1 + len(time) // _LOOKED_AT)
+    even = time - np.append(0.0, np.cumsum(too_long))
+    usually, stamped, evenly = (
+        off_cubics(of / usual, angles, at, _AS_STAMPED, _NEAR)[:, 0]
+        for of, at in ((time, some), (time, places), (even, places))
+    )
+    # An encoder at rest says the same again and again.
+    noise = float(np.median(usually[usually > SAME])) if np.any(usually > SAME) else 0.0
     clear = (_CLEAR * noise) ** 2
     told = (evenly < _CLEAR * noise) & (stamped**2 > evenly**2 + clear)
     # Slow motion tells nothing. No sample is lost there, and none is measured too early, or the clock is known to step,

@@ -112,6 +112,12 @@ def test_lost_counts_and_a_knock_are_no_steps_of_the_clock():
     assert np.array_equal(evenly_clocked(times, np.delete(angles, [900, 1400], 0), NONE)[0], times)
 
 
+def test_rods_that_rest_for_most_of_the_time_show_a_step_in_their_motion():
+    angles = swing(np.maximum(EVEN, 6.0))
+    times = EVEN + 0.05 * (np.arange(2000) >= 1600)
+    assert evenly_clocked(times, angles, NONE)[0] == pytest.approx(EVEN, abs=1e-7)
+
+
 def test_wrapped_angles_are_continuous():
     angles = np.mod(np.column_stack([6 * EVEN, 2 * np.cos(7 * EVEN)]) + np.pi, 2 * np.pi)
     times = EVEN + 0.004 * (np.arange(2000) >= 900)
