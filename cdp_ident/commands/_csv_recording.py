@@ -233,8 +233,12 @@ def _angle_factors(table: Table, places: list[int], options: argparse.Namespace)
     stated = [unit if unit in ANGLE_UNITS else other for unit, other in zip(units, units[::-1], strict=True)]
     if set(stated) <= set(ANGLE_UNITS):
         return np.array([UNITS[ANGLE_UNITS[unit]] for unit in stated]), " and ".join(dict.fromkeys(stated))
-    if "counts" in units:
-        raise OptionError(f"{table.path}: angles in counts: give --angle-unit counts and --counts-per-turn")
+    # In which unit counts are not is no question to the motion: 6000 a turn are nearly milliradians.
+    for place, unit in zip(places, units, strict=True):
+        values = table.column(place)[np.isfinite(table.column(place))]
+        if unit == "counts" or (np.any(values != values[:1]) and np.all(values == np.round(values))):
+            what = "angles in counts" if unit else f"{table.name(place)} has whole numbers without a unit (counts?)"
+            raise OptionError(f"{table.path}: {what}: give --angle-unit counts and --counts-per-turn, or their unit")
     return np.ones(2), ""
 
 
@@ -247,11 +251,6 @@ def _with_units(samples: Samples, meaning: TrialOptions) -> tuple[TrialOptions, 
     if found and found.lumped.unexplained < _TELLS:
         how = f"not stated: {found.lumped.unexplained:.1%} of the motion is unexplained in it"
         return replace(meaning, inner_unit=found.meaning.inner_unit, outer_unit=found.meaning.outer_unit), how
-    if np.all(samples.angles == np.round(samples.angles)):
-        raise OptionError(
-            f"the angles are whole numbers over a range of {size:.0f}, and no degrees by their motion: if an encoder "
-            "counts them, give --angle-unit counts and --counts-per-turn"
-        )
     unit: Unit = "degrees" if size > _MOST_RADIANS else "radians"
     return replace(meaning, inner_unit=unit, outer_unit=unit), "not stated: by their size"
 
