@@ -32,6 +32,7 @@ from cdp_ident.trial.meaning import (
     balance_of,
     best_of,
     explains_more,
+    holds_in_more,
     in_model_angles,
     other_meanings,
     outer_meanings,
@@ -141,16 +142,22 @@ def _contradiction(recorded: Recorded, given: Balance, best: Balance, mechanism:
     left_beside = min(left_so, HOLDS if driven(given) else np.inf)
     least = min(unexplained, best.lumped.unexplained, left_beside)
     beyond = min(given.lumped.beyond, best.lumped.beyond) if np.isinf(left_beside) else 0.0
+    if mechanism and not best.holds:
+        beyond = 1.0  # though the one pendulum leaves nothing, two rods may hold up to noise
     # Errors of motors' torques may look like other zeros or factors.
     if (least > _LOOKED_AT or beyond > SOME) and options.input != "joints":
         others = [other for other in other_meanings(recorded, options, least, beyond) if other]
         possible = [of for of in others if of.lumped.unexplained < GOOD and explains_more(of, least, beyond)]
+        possible = [of for of in possible if of.holds or not mechanism]
         if possible:
             other = min(possible, key=lambda other: other.lumped.misfit)
             return _instead(_other_words(options, other.meaning), options, other, given)
-    most = unexplained * (MUCH_BETTER if given.lumped.turned is not None else 1.0)
+    most = max(MUCH_BETTER * unexplained, GOOD if given.lumped.turned is None else 0.0)
     is_other = best is not given and best.lumped.has_certain_signs
-    if not is_other or unexplained <= GOOD or best.lumped.unexplained >= min(most, EVIDENT, left_so):
+    # Half a turn of one zero beside another meaning is rather something else than both at once.
+    most = min(most, EVIDENT if best.lumped.turned in ("", "both") else GOOD, left_so)
+    is_much = unexplained > GOOD or (holds_in_more(best, given.lumped.beyond) and best.holds)
+    if not is_other or not is_much or best.lumped.unexplained >= most:
         return ""
     said = [options.setting(name, getattr(options, name)) for name in ("outer_angle", "outer_sign")]
     return _instead(f"the data contradict {' with '.join(said)}", options, best, given)
@@ -232,8 +239,9 @@ def _changes(options: TrialOptions, other: Balance) -> str:
 
 def _instead(wrong: str, options: TrialOptions, other: Balance, given: Balance | None) -> str:
     """Return what is wrong, which settings explain the motion, and how much better than those given."""
-    than = f" instead of {given.lumped.unexplained:.1%}" if given and np.isfinite(given.lumped.unexplained) else ""
-    left = f"{other.lumped.unexplained:.1%} of the inner rod's acceleration unexplained{than}"
+    least, before = (f"{of.lumped.unexplained if of else np.nan:.1%}" for of in (other, given))
+    than = f" instead of {before}" if before not in (least, f"{np.nan:.1%}", f"{np.inf:.1%}") else ""
+    left = f"{least} of the inner rod's acceleration unexplained{than}"
     remedy = "check the counts per turn, or set that" if "times the angle" in wrong else "set that"
     return f"{wrong}: {_changes(options, other)} leaves {left}; {remedy}"
 
@@ -324,7 +332,7 @@ def smaller_units_found(samples: Samples, options: TrialOptions) -> str:
         # One by the units given is told where what the joints mean is checked.
         is_given = bool(recorded and (other := pendulum(recorded)))
         other = other or _pendulum_on_cart(samples, options)
-    if other and rods >= MUCH_BETTER * other.unexplained:
+    if other and rods >= MUCH_BETTER * other.unexplained and not (found and found is not before and found.holds):
         is_far_better = other.unexplained < MUCH_BETTER * rods
         if not is_given and is_far_better and options.conventions == "refuse":
             raise OtherMotionError(f"{_NONE}: it looks like {other.words}; {options.insist}")

@@ -66,6 +66,11 @@ class Balance:
     """Those of all motions that show it well."""
     lumped: Lumped
 
+    @property
+    def holds(self) -> bool:
+        """Whether two rods move so, up to noise and next to nothing: what one pendulum does is no evidence then."""
+        return self.lumped.may_be_rods and self.lumped.beyond <= SOME and self.lumped.unexplained <= _EXPLAINED
+
 
 def in_model_angles(motion: Motion, options: TrialOptions) -> Motion:
     """Return a motion of the recorded joints as one of theta1 and theta2, with the cart at rest if it has no joint."""
@@ -151,8 +156,13 @@ def explains_more(other: Balance, unexplained: float, beyond: float) -> bool:
     `beyond` is the share of the windows in which the balance does not hold up to noise. A meaning that is wrong may
     hold in the others, as a wrong factor does where the rods swing little; that a hand acts is left by any.
     """
+    return other.lumped.unexplained < MUCH_BETTER * unexplained or holds_in_more(other, beyond)
+
+
+def holds_in_more(other: Balance, beyond: float) -> bool:
+    """Return whether a balance leaves next to nothing, in far more windows than one that does not in such a share."""
     in_more = beyond > SOME and other.lumped.beyond < MUCH_BETTER * beyond
-    return other.lumped.unexplained < MUCH_BETTER * unexplained or (in_more and other.lumped.unexplained <= _EXPLAINED)
+    return in_more and other.lumped.unexplained <= _EXPLAINED
 
 
 def _best_scale(
@@ -186,7 +196,9 @@ def _best_scale(
     explaining = [other for other in likely if other and explains_more(other, least, beyond)]
     explaining = [other for other in explaining if other.lumped.unexplained <= _EXPLAINED]
     if explaining:
-        return _possible(balance_of(recorded, min(explaining, key=lambda other: other.lumped.misfit).meaning))
+        most = min(other.lumped.misfit for other in explaining) / MUCH_BETTER
+        as_good = (other for other in explaining if other.lumped.misfit <= most)
+        return _possible(balance_of(recorded, min(as_good, key=_unlike_rods).meaning))
     beside = [misfit(choice, at) for choice in range(len(choices)) for at in (-_BETWEEN, _BETWEEN)]
     if least <= GOOD and misfit(0, 0.0) < min(beside) + _CLEARLY:
         return None
@@ -202,6 +214,18 @@ def _best_scale(
     return _possible(best) if abs(logarithm) > _NEAREST else None
 
 
+def _unlike_rods(balance: Balance) -> float:
+    """Return how far the inner rod is from swinging as one of the joints' distance does that has its mass at its end.
+
+    It is the logarithm of the ratio of both lengths, and tells factors apart that a small swing cannot.
+    """
+    A, _, _, _, G1, G2, *_ = balance.lumped.values
+    return abs(float(np.log(A * G1 / G2)))
+
+
 def _possible(balance: Balance | None) -> Balance | None:
-    """Return a balance that is certain to be a double pendulum's."""
-    return balance if balance and balance.lumped.is_certain else None
+    """Return a balance that is certain to be a double pendulum's, with the other zero where that scales nothing."""
+    if not balance or not balance.lumped.has_certain_signs:
+        return None
+    turned = ("", "both") if balance.meaning.scale_from == "zero" else ("",)
+    return balance if balance.lumped.turned in turned else None

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from cdp_ident.errors import TrialError
+from cdp_ident.model.parameters import NOMINAL
 from cdp_ident.trial.balance import motion_on_grid
 from cdp_ident.trial.conventions import check_conventions, gravity_of, in_right_ranges
 from cdp_ident.trial.find import find_trial
@@ -256,3 +257,50 @@ def test_noise_in_a_small_swing_is_no_evidence_against_what_its_angles_mean(star
         angles[:, 1] -= angles[:, 0]
     swing = Samples(np.round(time * 1e9).astype(np.int64), angles, None)
     find_trial(swing, TrialOptions(outer_angle=outer_angle))
+
+
+@pytest.mark.parametrize(
+    ("readings", "said"),
+    [
+        ([1.0, 180 / np.pi], {"outer_unit": "degrees"}),
+        ([1.0, 4.0], {"outer_scale": "4"}),
+    ],
+)
+def test_two_rods_that_hold_up_to_noise_win_over_one_pendulum_on_an_arm(recording, readings, said):
+    made = recording({**NOMINAL, "c1": 0.01, "c2": 0.003}, rate=100.0).carry(4.0, 4.4, 1.0).hold(0.5).swing(10)
+    with pytest.raises(TrialError, match=r"leaves 0\.\d%") as refused:
+        find_trial(Samples(made.stamps(), made.joints() * readings, None), TrialOptions())
+    options = dict(re.findall(r"(outer_\w+): (\S+)", str(refused.value)))
+    assert options == said
+    assert "pendulum on an arm" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("start", "zero", "sign"), [(3.6, 0.0, 1), (3.6, 0.0, -1), (3.6, np.pi, 1), (3.5, 0.0, 1), (3.4, np.pi, -1)]
+)
+def test_absolute_angles_of_a_small_swing_are_told_though_little_is_left_under_others(recording, start, zero, sign):
+    made = recording().carry(start, start + 0.4, 1.0).hold(0.5).swing(12)
+    joints = made.joints() @ [[1.0, 1.0], [0.0, 1.0]] - zero
+    with pytest.raises(TrialError, match=r"outer_angle: absolute.* leaves 0\.0%.*; set that") as refused:
+        find_trial(Samples(made.stamps(), joints * [1, sign], None), TrialOptions())
+    told = str(refused.value).partition("outer_sign: 1: ")[2]
+    assert ("zero: hanging" in told, "outer_sign: -1" in told) == (zero > 0.0, sign < 0)
+
+
+@pytest.mark.parametrize("factors", [(4.0, 1.0), (1.0, 0.25), (2.0, 2.0)])
+def test_readings_with_a_factor_and_the_other_zero_are_named_with_what_puts_both_right(samples, factors):
+    wrong = Samples(samples.stamps, (samples.angles - [np.pi, 0.0]) * factors, None)
+    with pytest.raises(TrialError, match=r"zero: hanging and .* leaves 0\.0%") as refused:
+        find_trial(wrong, TrialOptions())
+    scales = {name: float(value) for name, value in re.findall(r"(inner_scale|outer_scale): (\S+)", str(refused.value))}
+    assert (scales.get("inner_scale", 1.0), scales.get("outer_scale", 1.0)) == factors
+    mended = find_trial(wrong, TrialOptions(zero="hanging", scale_from="zero", **scales))
+    assert mended.trial.theta == pytest.approx(find_trial(samples, TrialOptions()).trial.theta, abs=1e-9)
+
+
+def test_a_meaning_that_explains_nothing_is_not_advised(recording):
+    made = recording(rate=100.0).carry(2.6, 4.2, 1.0).hold(0.5).swing(10)
+    wrong = (made.joints() - [np.pi, 0.0]) * [-0.25, 1.0]
+    with pytest.raises(TrialError) as refused:
+        find_trial(Samples(made.stamps(), wrong, None), TrialOptions())
+    assert "set that" not in str(refused.value)
