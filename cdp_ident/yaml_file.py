@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """YAML files that others wrote: the one place where they are read, within limits."""
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -48,15 +49,23 @@ class _Loader(yaml.SafeLoader):
 
 
 def _refuse_a_key_that_stands_twice(mapping: yaml.MappingNode) -> None:
-    """Raise MarkedYAMLError where one key hides another one, of which nothing would be known otherwise."""
+    """Raise MarkedYAMLError where one key hides another one, `a.b: 1` that of `a: {b: 2}`, too."""
     lines = dict[tuple[str, str], int]()
-    for key, _ in mapping.value:
+    for key, name in _keys(mapping):
+        place, line = (key.tag, name), key.start_mark.line + 1
+        if place in lines:
+            problem = f"{name!r} stands twice, in line {lines[place]} and in line {line}: keep one"
+            raise yaml.MarkedYAMLError(problem=problem, problem_mark=key.start_mark)
+        lines[place] = line
+
+
+def _keys(mapping: yaml.MappingNode, above: str = "") -> Iterator[tuple[yaml.ScalarNode, str]]:
+    """Yield the keys of a mapping and of those in it, and what they are called with those above them, parted by dots."""
+    for key, value in mapping.value:
         if isinstance(key, yaml.ScalarNode):
-            name, line = (key.tag, key.value), key.start_mark.line + 1
-            if name in lines:
-                problem = f"{key.value!r} stands twice, in line {lines[name]} and in line {line}: keep one"
-                raise yaml.MarkedYAMLError(problem=problem, problem_mark=key.start_mark)
-            lines[name] = line
+            yield key, above + key.value
+            if isinstance(value, yaml.MappingNode):
+                yield from _keys(value, f"{above}{key.value}.")
 
 
 def read_yaml(path: Path) -> Any:

@@ -53,6 +53,8 @@ PLACES = {
         ("identify: {ros__parameters: {L: 0.3}}\n/identify: {}\nidentify: {ros__parameters: {g: 9.8}}\n", (1, 3)),
         ("/**:\n  ros__parameters:\n    L: 0.3\n    L: 0.4\n", (3, 4)),
         ("{a: 1, a: 2}", (1, 1)),
+        ("identify:\n  nominal.m1: 0.1\n  nominal: {m1: 0.2}\n", (2, 3)),
+        ("a: {b: {c: 1}}\nd: 1\na.b: {c: 2}\n", (1, 3)),
     ],
 )
 def test_a_key_that_stands_twice_is_refused_with_both_lines(tmp_path, text, lines):
