@@ -14,7 +14,7 @@ from cdp_ident.bag.joint_state import MESSAGE_TYPE, serialize_joint_state
 from cdp_ident.bag.writer import BagWriter
 from cdp_ident.commands._csv_recording import Recording, recording_of
 from cdp_ident.errors import BagError, OtherMotionError, TrialError
-from cdp_ident.model.parameters import NOMINAL
+from cdp_ident.model.parameters import CONSTANTS, NOMINAL
 from cdp_ident.outside_text import shown, utf_8
 from cdp_ident.trial.conventions import gravity_of
 from cdp_ident.trial.find import Found, find_trial
@@ -29,8 +29,6 @@ _LENGTH_OFF = 0.05
 """Share by which the length that the motion shows may differ from the one given, besides four standard deviations."""
 _WELL_KNOWN = 0.2
 """Standard deviation, as a share, up to which a length is worth saying."""
-_SHORTEST, _LONGEST = 0.005, 50.0
-"""Lengths [m] that double pendulums have."""
 
 
 def make_bag(options: argparse.Namespace, arguments: list[str]) -> None:
@@ -130,7 +128,7 @@ def _what_the_motion_says(found: Found, recording: Recording, rate: float | None
     length, std = (g * of for of in lumped.length_over_gravity)
     if not (length > 0 and std < _WELL_KNOWN * length):
         return [holds]
-    if not _SHORTEST < length < _LONGEST:
+    if not CONSTANTS[0].lower_factor < length / CONSTANTS[0].nominal < CONSTANTS[0].upper_factor:
         raise TrialError(f"the motion is that of joints {length:.2g} m apart: check --time-unit, or --rate")
     holds += f"; it holds with L = {length:.3g} +- {max(std, 1e-3 * length):.1g} m at g = {g:g} m/s^2"
     given = recording.length

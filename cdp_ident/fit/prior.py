@@ -53,6 +53,11 @@ class Prior:
                 if not 0 <= value <= LARGEST or (value == 0 and not lowest_allowed):
                     called = f"{name}.{symbol}" if symbol in SYMBOLS else symbol
                     raise OptionError(f"{called} is {value}; it must be a positive number, at most {LARGEST:g}")
+        for of in CONSTANTS:
+            least, most = of.nominal * of.lower_factor, of.nominal * of.upper_factor
+            if not least <= self.constant(of.symbol) <= most:
+                given = f"{of.symbol} is {self.constant(of.symbol):g} {of.unit}"
+                raise OptionError(f"{given}; expected {least:.3g} to {most:.3g} {of.unit}: in another unit?")
         if unmatched := sorted(set(self.known_std) - set(self.known)):
             raise OptionError(f"known_std.{unmatched[0]} is given, but known.{unmatched[0]} is not: give both")
         for symbol, low, high in zip(SYMBOLS, self.box[0], self.box[1], strict=True):

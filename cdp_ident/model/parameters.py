@@ -50,10 +50,10 @@ PARAMETERS = (
 """The parameters that are searched for, in the order of the chromosome (Eq. 8, whose second m1 is m2)."""
 
 CONSTANTS = (
-    Parameter("L", "distance between the two joints", "m", 0.4),
-    Parameter("g", "acceleration of gravity", "m/s^2", 9.81),
+    Parameter("L", "distance between the two joints", "m", 0.4, 0.0125, 25.0),
+    Parameter("g", "acceleration of gravity", "m/s^2", 9.81, 0.01, 10.0),
 )
-"""Parameters that are known beforehand and not searched for."""
+"""Parameters that are known beforehand and not searched for; beyond the factors they are in other units."""
 
 INERTIA = Parameter(
     "A22",

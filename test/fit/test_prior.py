@@ -57,6 +57,9 @@ def test_a_known_value_takes_the_place_of_the_nominal_one_and_is_surer():
 @pytest.mark.parametrize(
     ("options", "message"),
     [
+        ({"nominal": {"L": 40.0}}, "L is 40 m; expected 0.005 to 10 m: in another unit?"),
+        ({"nominal": {"L": 400}}, "L is 400 m; expected"),
+        ({"nominal": {"g": 981.0}}, "g is 981 m/s^2; expected 0.0981 to 98.1 m/s^2"),
         ({"nominal": {"m3": 1.0}}, "unknown parameter in nominal: 'm3'"),
         ({"known": {"L": 0.4}}, "unknown parameter in known: 'L'"),
         ({"nominal": {"m1": -0.1}}, "nominal.m1 is -0.1; it must be a positive number"),
