@@ -29,6 +29,8 @@ Line = tuple[int, str]
 """Number of a line, counted from 1, and its text."""
 
 _COMMENTS = "#%!"
+_REGISTER = re.compile(r"0x[0-9a-f]|\w:\d", re.IGNORECASE)
+"""What is no title but a device's word for how it starts, `clk_drv:0x00` or `clock div:1`."""
 _UNITS_ROW = re.compile("unit|einheit", re.IGNORECASE)
 """What a row of units may be called in its first cell."""
 _KEY = re.compile(r"""[ \t,;{]*["']?([^\W\d]\w*)["']?[ \t]*[:=][ \t]*(?=["']?[-+.\d])""")
@@ -124,7 +126,8 @@ def read_table(path: Path, delimiter: str | None = None, decimal: str | None = N
     Without a `delimiter`, and without a `decimal` sign, they are those with which most of the first cells are numbers;
     several blanks count as one. Titles, and a line of units under them, are found before the first numbers, also
     behind a comment sign (# % !). Other lines there, and comments later, are skipped; later lines of words, such as a
-    second header, are counted, too. Dates and times of day are numbers: seconds, since 1970 or midnight. What
+    second header, are counted, too, as is one row of numbers before titles. A word among numbers is a missing reading,
+    unless it has digits. Dates and times of day are numbers: seconds, since 1970 or midnight. What
     `ros2 topic echo --csv` writes of joint states has the joints' names as titles.
 
     It takes memory of about three times the file's size.
@@ -141,7 +144,7 @@ def read_table(path: Path, delimiter: str | None = None, decimal: str | None = N
     if form is None:
         raise _no_numbers_in(path, looked_at)
     before, units = list[Line](), list[str]()
-    values, no_numbers, stray, first = array("d"), dict[int, tuple[int, str]](), list[Line](), 0
+    values, no_numbers, stray, missing, first = array("d"), dict[int, tuple[int, str]](), list[Line](), list[Line](), 0
     for number, line in _lines(path, text):
         is_comment = line[0] in _COMMENTS
         cells = [] if is_comment else _cells_of(line, form.delimiter)
@@ -151,12 +154,21 @@ def read_table(path: Path, delimiter: str | None = None, decimal: str | None = N
                 first, units = number, [_unit_behind(cell) for cell in cells]
             values.extend(row)
             for place, cell in others.items():
-                if cell:
+                if cell and place in form.numeric and not any(map(str.isdigit, cell)):
+                    missing.append((number, cell))
+                elif cell:
                     no_numbers.setdefault(place, (number, cell))
         elif not first:
             before = [*before[1 - _LOOKED_AT :], (number, line)]
         elif not is_comment:
-            stray.append((number, line))
+            if not stray and len(values) == form.width and not _titles(before, form.delimiter, units)[1]:
+                # Titles may follow: the one row was of numbers in a preamble.
+                stray.append((first, " ".join(map(str, values))))
+                before.append((number, line))
+                del values[:]
+                first = 0
+            else:
+                stray.append((number, line))
         if len(values) > _MOST_CELLS:
             raise BagError(f"{path} has more than {_MOST_CELLS} numbers: cut the swing out of it")
     if not first:
@@ -172,10 +184,8 @@ def read_table(path: Path, delimiter: str | None = None, decimal: str | None = N
         f"decimal {'commas' if form.decimal == ',' else 'points'}, "
         f"{f'titles in line {where}' if where else named}"
     )
-    notes = []
-    if stray:
-        number, line = stray[0]
-        notes.append(f"lines without numbers are left out: {len(stray)}, first line {number}, {shown(line, 60)!r}")
+    told = (("lines that are no rows are left out", stray), ("words in place of numbers are missing readings", missing))
+    notes = [f"{what}: {len(of)}, first line {of[0][0]}, {shown(of[0][1], 60)!r}" for what, of in told if of]
     return Table(path, titles, table, written, no_numbers, tuple(notes))
 
 
@@ -242,6 +252,8 @@ def _titles(before: Sequence[Line], delimiter: str, units: list[str]) -> tuple[t
 def _title_cells(line: str, delimiter: str, width: int) -> list[str] | None:
     """Return as many titles as there are columns, whichever sign parts them; None if the line holds no titles."""
     line = re.sub("^.* -> ", delimiter, re.sub(rf"^[{_COMMENTS}]+\s*", "", line))
+    if _REGISTER.search(line):
+        return None
     for sign in (delimiter, *_DELIMITERS):
         # A blank before a unit parts no columns.
         cells = _cells_of(re.sub(r"\s+(?=[\[(])", "", line) if sign == " " else line, sign)
@@ -373,4 +385,4 @@ def _seconds(cell: str) -> float | None:
 
 
 def _is_missing(cell: str) -> bool:
-    return cell.casefold() in _MISSING or cell.startswith("#")
+    return cell.casefold() in _MISSING or "#" in cell  # as #N/A of spreadsheets and 1.#QNAN

@@ -41,7 +41,7 @@ POINTS = ("pivot_x", "pivot_y", "joint_x", "joint_y", "tip_x", "tip_y")
 _TIMES_BY_UNIT = "ms us millis micros"
 """What a column of times may be called by its unit alone."""
 _NAMES = {
-    TIME: "t time times zeit temps tiempo tempo stamp timestamp elapsed elapsedtime clock sec seconds "
+    TIME: "t time times zeit uhrzeit temps tiempo tempo stamp timestamp elapsed elapsedtime clock sec seconds "
     + _TIMES_BY_UNIT,
     FRAME: "frame frames framenumber frameno frameidx frameindex image bild sample samples index idx",
     CART: "cart cartposition cartpos cartx xcart cartjoint slider sliderposition",

@@ -22,6 +22,7 @@ from cdp_ident.files import open_regular
 
 ROS1_MAGIC = b"#ROSBAG"
 ROS1 = "a bag of ROS 1: `rosbags-convert --src {path} --dst FOLDER` makes one of ROS 2, which identify takes"
+NO_BAG = "expected a rosbag2 recording; of a table, import_csv makes one"
 """What it is that begins so, and what to do with it."""
 _RECORD_HEAD = struct.Struct("<BQ")
 _MESSAGE_HEAD = struct.Struct("<HIQQ")
@@ -86,7 +87,7 @@ class McapScan:
                     raise BagError(f"{self.path} is {ROS1.format(path=self.path)}")
                 if begin != MCAP0_MAGIC:
                     what = "is empty" if self._size == 0 else "is not an MCAP file"
-                    raise BagError(f"{self.path} {what}: expected a rosbag2 recording")
+                    raise BagError(f"{self.path} {what}: {NO_BAG}")
                 # A finished file repeats its topics behind the data: they are then known whatever chunk is damaged.
                 for opcode, record in self._records(stream, (Opcode.SCHEMA, Opcode.CHANNEL)):
                     self._declare(opcode, record, self._repeated)

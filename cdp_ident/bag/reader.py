@@ -17,7 +17,7 @@ import zstandard
 from cdp_ident.bag.joint_recording import DeviceMessages, JointRecording, JointStates
 from cdp_ident.bag.joint_state import MESSAGE_TYPE
 from cdp_ident.bag.limits import LARGEST_WINDOW, Budget
-from cdp_ident.bag.mcap_scan import McapScan
+from cdp_ident.bag.mcap_scan import NO_BAG, ROS1, McapScan
 from cdp_ident.bag.metadata import METADATA_FILE, Metadata
 from cdp_ident.bag.sqlite_scan import sqlite_messages, sqlite_topics
 from cdp_ident.errors import BagError
@@ -103,11 +103,13 @@ def storage_files(bag: Path) -> list[Path]:
             raise BagError(no_bag(bag))
         if not bag.is_dir():
             return [bag]
-        files = [file for file in bag.iterdir() if is_storage_file(file.name)]
+        there = sorted(bag.iterdir())
     except (OSError, ValueError) as error:
         raise BagError(f"{bag} cannot be read: {error}") from error
+    files = [file for file in there if is_storage_file(file.name)]
     if not files:
-        raise BagError(f"{bag} is not a rosbag2 bag: it holds no .mcap or .db3 file")
+        what = next((f"{file} is {ROS1.format(path=file)}" for file in there if file.suffix == ".bag"), "")
+        raise BagError(what or f"{bag} is not a rosbag2 bag: it holds no .mcap or .db3 file; {NO_BAG}")
     # rosbag2 counts the files of a bag at the end of their names: _2 comes before _10.
     return sorted(files, key=lambda file: (len(file.name), file.name))
 

@@ -90,6 +90,8 @@ def recording_of(table: Table, options: argparse.Namespace) -> Recording:
     else:
         rows = _from_angles(table, known, used, time, cart, options)
     time = rows.time
+    if lost := np.count_nonzero(np.isnan(time) & np.any(np.isfinite(rows.numbers[:, :2]), axis=1)):
+        rows.notes.append(f"rows without a time are left out: {lost}")
     wanted = np.flatnonzero(np.isfinite(time) & (time >= options.start) & (time <= options.stop))
     if not len(wanted):
         asked = [f" --{name} {s:g} s" for name, s in (("from", options.start), ("to", options.stop)) if np.isfinite(s)]
@@ -273,7 +275,8 @@ def _times(table: Table, options: argparse.Namespace, known: dict[str, int]) -> 
         return seconds + 1e-9 * nanoseconds, set(stamp), said
     if options.time is None and TIME not in known and (FRAME in known or width < 3):
         raise OptionError(f"{table.path} has no times: give --rate, or the column of the times by --time")
-    place = table.place(options.time) if options.time else known.get(TIME, 0)
+    with_numbers = (place for place in range(width) if place not in table.no_numbers)  # a date may stand before
+    place = table.place(options.time) if options.time else known.get(TIME, next(with_numbers, 0))
     time, counter = counted_on(table.column(place))
     rolls_over = f" ({counter}, counted on where it rolls over)" if counter else ""
     steps = np.diff(time[np.isfinite(time)])

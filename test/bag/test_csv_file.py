@@ -98,8 +98,8 @@ def test_a_column_of_words_harms_nobody_who_does_not_want_it(tmp_path):
     [
         ("t,a\n0,1\n", ("t", "angle"), "no column 'angle': its columns are t, a"),
         ("0,1\n", ("0", "2"), "no column '2': its columns are 2 without titles"),
-        ("t,a\n0,1\n2,oops\n", ("t", "a"), r"line 3, column 1: 'oops' is not a number"),
-        ("# log\nt,a\n\n0,1\n2,oops\n", ("t", "a"), r"line 5"),
+        ("t,a\n0,1\n2,1.2.3\n", ("t", "a"), r"line 3, column 1: '1\.2\.3' is not a number"),
+        ("# log\nt,a\n\n0,1\n2,1.2.3\n", ("t", "a"), r"line 5"),
         ("", ("0", "1"), "is empty"),
         ("t,a\n", ("t", "a"), "no numbers in columns"),
         ("# t,a\n", ("t", "a"), "comments but no numbers"),
@@ -131,7 +131,30 @@ def test_lines_of_words_before_and_between_the_numbers_are_no_rows(tmp_path, tex
     assert [title.text for title in found.titles] == ["Time [s]", "a", "b"]
     assert found.values.tolist() == [[0, 1, 2], [0.5, 3, 4]]
     between = len(text.splitlines()) > 3 and text.startswith("Time")
-    assert ("lines without numbers are left out: 1, first line 3" in "".join(found.notes)) == between
+    assert ("lines that are no rows are left out: 1, first line 3" in "".join(found.notes)) == between
+
+
+@pytest.mark.parametrize("word", ["---", "ERR", "TRUE", "*", "off", "#N/A", "1.#QNAN"])
+def test_a_word_among_numbers_is_a_missing_reading_and_counted(tmp_path, word):
+    found = table(tmp_path, f"t,a,b\n0,1,2\n0.5,{word},3\n1,4,5\n")
+    assert np.isnan(found.column(1)).tolist() == [False, True, False]
+    assert found.column(2).tolist() == [2, 3, 5]
+    if "#" not in word:
+        assert found.notes == (f"words in place of numbers are missing readings: 1, first line 3, {word!r}",)
+
+
+def test_numbers_in_a_preamble_are_no_sample_and_hide_no_titles(tmp_path):
+    found = table(tmp_path, "1,2,3\nL,0.4,m\nTime [s],a,b\n0,1,2\n0.5,3,4\n")
+    assert [title.text for title in found.titles] == ["Time [s]", "a", "b"]
+    assert found.values.tolist() == [[0, 1, 2], [0.5, 3, 4]]
+    assert "no rows are left out: 1, first line 1" in found.notes[0]
+
+
+def test_what_a_device_says_when_it_starts_is_no_title(tmp_path):
+    boot = "rst:0x1 (POWERON)\nclk:0x00,q:0x00,d:0x00\nmode:DIO, clock div:1\nentry 0x400805f0\nStarting...\n"
+    found = table(tmp_path, boot + "0.000,2.4,2.1\n0.005,2.4,2.1\n")
+    assert not any(title.text for title in found.titles)
+    assert len(found.values) == 2
 
 
 @pytest.mark.parametrize(

@@ -220,6 +220,14 @@ def two_rigs(bag):
         (two_rigs, "", "/joint_states", r"no message on /joint_states .*; joint states are on /rig1/joints, "),
         (two_rigs, "", "chatter", r"holds std_msgs/msg/String, not .*; joint states are on "),
         (lambda path: path.write_text("no recording, but long"), "", "joint_states", r"bag is not an MCAP file"),
+        (lambda path: path.write_text("t,inner,outer\n0,1,2\n"), "", "a", "of a table, import_csv makes one"),
+        (
+            lambda path: [path.mkdir(), (path / "a.csv").touch()],
+            "",
+            "a",
+            "no .mcap or .db3 file; .*import_csv makes one",
+        ),
+        (lambda path: [path.mkdir(), (path / "x.bag").touch()], "", "a", "x.bag is a bag of ROS 1: `rosbags-convert"),
         (
             lambda path: path.write_bytes(b"#ROSBAG V2.0"),
             "",

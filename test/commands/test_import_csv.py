@@ -281,6 +281,22 @@ def test_one_angle_measured_and_simulated_is_refused_with_the_columns_that_there
     assert "columns: t, theta1_m, theta1_s" in error
 
 
+def test_rows_without_a_time_are_counted(run, capsys):
+    rows = np.column_stack([TIME, RELATIVE])
+    text = "\n".join(",".join(map(str, row[k % 100 == 50 :])) for k, row in enumerate(rows))
+    text = "\n".join("," * (line.count(",") == 1) + line for line in text.splitlines())
+    assert run("t,inner,outer\n" + text) == 0
+    assert f"rows without a time are left out: {len(range(50, len(rows), 100))}" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("titles", ["Datum;Uhrzeit;innen;aussen", "Day;At;a;b"])
+def test_a_date_in_a_column_of_its_own_stands_before_the_time_of_day(convert, titles):
+    clock = [f"23:5{9 - (t < 3)}:{(t - 3) % 60:06.3f}" for t in TIME]
+    numbers = (f"{at};{a:.6f};{b:.6f}".replace(".", ",") for at, (a, b) in zip(clock, RELATIVE, strict=True))
+    _, stamps, _ = convert("\n".join([titles, *(f"03.05.2024;{row}" for row in numbers)]))
+    assert stamps - stamps[0] == pytest.approx(np.round((TIME - TIME[0]) * 1e9), abs=1e6)
+
+
 def test_an_existing_bag_is_not_overwritten(convert, run, capsys):
     convert([TIME, RELATIVE])
     assert run([TIME, RELATIVE]) == 2
