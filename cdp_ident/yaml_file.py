@@ -60,7 +60,7 @@ def _refuse_a_key_that_stands_twice(mapping: yaml.MappingNode) -> None:
 
 
 def _keys(mapping: yaml.MappingNode, above: str = "") -> Iterator[tuple[yaml.ScalarNode, str]]:
-    """Yield the keys of a mapping and of those in it, and what they are called with those above them, parted by dots."""
+    """Yield the keys of a mapping and of those in it, each with its name: after those above it, parted by dots."""
     for key, value in mapping.value:
         if isinstance(key, yaml.ScalarNode):
             yield key, above + key.value

@@ -28,6 +28,8 @@ _UNITS = {
     "cm": ("cm", "centimetres", "centimeters"),
     "mm": ("mm", "millimetres", "millimeters"),
     "px": ("px", "pix", "pixel", "pixels"),
+    "N m": ("nm", "n m", "n*m", "n·m"),
+    "mN m": ("mnm", "mn m", "mn*m", "mn·m"),
 }
 _CANONICAL = {spelling: unit for unit, spellings in _UNITS.items() for spelling in spellings}
 _BRACKETS = re.compile(r"^(.*?)\s*[\[({<]\s*([^\])}>]*?)\s*[\])}>]\s*$")
@@ -54,7 +56,8 @@ _ANGLE = (
 )
 _ECHO = 3
 """Columns of a message with joint states before the joints' names."""
-_TORQUE = re.compile("tau|torque|effort|moment|nm$|current|pwm|duty|^u[0-3]$")
+_TORQUE = re.compile("tau|torque|effort|moment|nm$")
+_LIKE_TORQUE = re.compile("current|pwm|duty|^u[0-3]$|^i[0-3]a$")
 _OF_JOINT = re.compile("(.*?)(inner|outer|[0-3])(.*)")
 _SAYS_ANGLE = re.compile("angle|ang|winkel|theta|th|phi|psi|alpha|beta|gamma|q|θ|φ|ψ|encoder|enc")
 _NO_ANGLE = re.compile(
@@ -136,8 +139,10 @@ def torques(titles: Sequence[Title]) -> list[tuple[int | None, int | None]]:
     Currents and duty cycles, which torques go with, count as such. Of one that stands alone the other is None.
     """
     kinds: dict[tuple[str, str], dict[str, int]] = {}
-    for place, key in enumerate(Title(title.text, title.text, "").key for title in titles):
-        if _TORQUE.search(key) and (match := _OF_JOINT.fullmatch(key)):
+    for place, title in enumerate(titles):
+        key = re.sub("shoulder|upper", "inner", Title(title.text, title.text, "").key)
+        key = re.sub("elbow|lower", "outer", key)
+        if (_TORQUE.search(key) or _LIKE_TORQUE.search(key)) and (match := _OF_JOINT.fullmatch(key)):
             kinds.setdefault((match[1], match[3]), {})[match[2]] = place
     found: list[tuple[int | None, int | None]] = []
     for places in sorted(kinds.values(), key=len, reverse=True):
@@ -147,6 +152,13 @@ def torques(titles: Sequence[Title]) -> list[tuple[int | None, int | None]]:
         else:
             found.append((None, places[joint]) if joint in ("outer", "2", "3") else (places[joint], None))
     return found
+
+
+def torque_unit(title: Title) -> float | None:
+    """Return what a column of torques is in [N m]; None where it is of what they go with, as a current."""
+    if title.unit in ("N m", "mN m"):
+        return 1.0 if title.unit == "N m" else 1e-3
+    return 1.0 if title.text == title.name and _TORQUE.search(title.key) else None
 
 
 def may_be_angles(titles: Sequence[Title]) -> list[int]:

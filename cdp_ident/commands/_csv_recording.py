@@ -203,12 +203,17 @@ def _next_place(table: Table, used: set[int]) -> int:
 def _torques(table: Table, columns: list[str]) -> Array | None:
     """Return the torques of motors in both joints (n, 2) that titles tell, and say so; None where all are zero."""
     for places in csv_titles.torques(table.titles):
+        there = {place: csv_titles.torque_unit(table.titles[place]) for place in places if place is not None}
         unknown = np.full(len(table.values), np.nan)
-        values = np.column_stack([unknown if place is None else table.values[:, place] for place in places])
+        values = [unknown if place is None else table.values[:, place] * (there[place] or 1.0) for place in places]
         if np.any(np.nan_to_num(values)):
-            named = [table.name(place) for place in places if place is not None]
-            columns.append(f"torques of motors from {' and '.join(named)}")
-            return values
+            columns.append(f"torques of motors from {' and '.join(map(table.name, there))}")
+            if None in there.values():
+                columns.append(
+                    "warning: by their titles these are no torques in N m, but taken for such: inertias and masses "
+                    "that follow from them are off by as much"
+                )
+            return np.column_stack(values)
     return None
 
 

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from scipy.io import savemat
 
 from cdp_ident.bag.csv_file import read_table
-from cdp_ident.bag.csv_titles import Title, may_be_angles, roles, torques
+from cdp_ident.bag.csv_titles import Title, may_be_angles, roles, torque_unit, torques
 from cdp_ident.errors import BagError
 
 IN_A_FOLDER = settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -297,7 +297,8 @@ def test_a_cell_with_a_spreadsheet_s_error_is_missing(tmp_path):
         ("x in mm", "x", "mm"),
         ("theta_1", "theta_1", ""),
         ("cart_position", "cart_position", ""),
-        ("torque [N m]", "torque", ""),
+        ("torque [N m]", "torque", "N m"),
+        ("tau1 [mNm]", "tau1", "mN m"),
         ("t", "t", ""),
     ],
 )
@@ -354,3 +355,26 @@ def test_torques_of_both_joints_are_found_for_each_kind():
     assert torques([Title.of(text) for text in titles.split()]) == [(3, 4), (6, 5), (8, 9), (7, None)]
     assert torques([Title.of(f"/joint_states/{joint}_joint/effort") for joint in ("outer", "inner")]) == [(1, 0)]
     assert torques([Title.of(text) for text in ["t", "u1", "motorCurrent2", "pwm"]]) == [(1, None), (None, 2)]
+    for of_joints in (
+        "tau_shoulder tau_elbow",
+        "shoulder_torque elbow_torque",
+        "upper_tau lower_tau",
+        "effort1 effort2",
+    ):
+        assert torques([Title.of(text) for text in ("t", *of_joints.split())]) == [(1, 2)]
+    assert torques([Title.of(text) for text in ("t", "I1 (A)", "I2 (A)", "tau_elbow", "tau_shoulder")]) == [
+        (1, 2),
+        (4, 3),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("title", "unit"),
+    [
+        *((text, 1.0) for text in ("tau1", "tau1 [N m]", "shoulder_torque", "inner_current_torque_Nm", "effort2")),
+        ("tau1 [mNm]", 1e-3),
+        *((text, None) for text in ("current1 [A]", "motor1_current", "pwm1", "u1", "I1 (A)", "tau1 [%]")),
+    ],
+)
+def test_what_torques_are_in(title, unit):
+    assert torque_unit(Title.of(title)) == unit

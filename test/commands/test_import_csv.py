@@ -281,6 +281,17 @@ def test_one_angle_measured_and_simulated_is_refused_with_the_columns_that_there
     assert "columns: t, theta1_m, theta1_s" in error
 
 
+@pytest.mark.parametrize(
+    ("titles", "factor", "warned"),
+    [("tau1,tau2", 1.0, False), ("tau1 [mNm],tau2 [mNm]", 1e-3, False), ("current1 [A],current2 [A]", 1.0, True)],
+)
+def test_torques_are_in_newton_metres_or_there_is_a_warning(convert, capsys, titles, factor, warned):
+    torques = np.random.default_rng(1).normal(0, 1e-6, RELATIVE.shape)
+    _, _, recording = convert([TIME, RELATIVE, torques], title=f"t,theta1,theta2,{titles}")
+    assert recording.efforts == pytest.approx(factor * torques, abs=factor * 1e-8)
+    assert ("no torques in N m" in capsys.readouterr().out) == warned
+
+
 def test_rows_without_a_time_are_counted(run, capsys):
     rows = np.column_stack([TIME, RELATIVE])
     text = "\n".join(",".join(map(str, row[k % 100 == 50 :])) for k, row in enumerate(rows))
