@@ -13,6 +13,7 @@ beside the joint with the angle between the rods.
 """
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -35,6 +36,8 @@ _LEVEL = 0.1
 _CIRCLE_ROUNDS = 20
 _AT_REST_FRAMES = 10
 """So many frames in a row that repeat the one before show rods at rest; fewer are frames that were written twice."""
+_REST = 1.5
+"""Of markers that step by so many of their least steps, something moved."""
 _BLOCKS = 20
 """In so many parts of the film the offsets' standard deviations are found, each left out in turn (jackknife)."""
 _FEWEST_FRAMES = 10 * _BLOCKS
@@ -96,6 +99,13 @@ def rods_on_film(points: Array, y_down: bool, tried: int = 0) -> Film:
         length, tolerance = _length(points[seen])
     repeated = _repeated(points)
     exchanged, lost = _exchanged(points, seen, length, tolerance)
+    for rod in (0, 1) if not tried and np.any(lost) else ():
+        # Of a stretched circle, parts are not where the joint can be.
+        if stretch := _stretch(points[seen], rod):
+            with suppress(TrialError):
+                film = rods_on_film(stretch[0](as_seen), y_down=False, tried=1)
+                if np.count_nonzero(film.kept) > np.count_nonzero(seen & ~lost & ~repeated):
+                    return replace(film, notes=(stretch[1], *film.notes))
     points[exchanged, 1:] = points[exchanged, :0:-1]
     kept = seen & ~lost & ~repeated
     if np.count_nonzero(seen & ~lost) < _FEWEST_RIGHT * np.count_nonzero(seen):
@@ -124,13 +134,15 @@ def rods_on_film(points: Array, y_down: bool, tried: int = 0) -> Film:
     return Film(kept, angles, None if is_at_rest else points[kept, 0, 0], length, tuple(notes))
 
 
-def _stretch(points: Array) -> tuple[Callable[[Array], Array], str] | None:
+def _stretch(points: Array, rod: int = 0) -> tuple[Callable[[Array], Array], str] | None:
     """Return what takes a certain stretch out of markers (n, 3, 2), and that in words; None without one.
 
     Where pixels are not square, or the camera looks from the side, the joint's circle is an ellipse: the inverse square
     of its distance from the pivot varies with twice the rod's direction. A pivot that is off goes with the direction.
+    The outer rod (1) tells it likewise where the inner one turns little, but for a joint's marker that is off.
     """
-    rods = points[:, 1] - points[:, 0]
+    rods = points[:, rod + 1] - points[:, rod]
+    rods = rods[np.any(rods, axis=1)]
     lengths = np.linalg.norm(rods, axis=1)
     x, y = (rods / lengths[:, None]).T
     inverse, twice = (np.median(lengths) / lengths) ** 2, np.column_stack([x * x - y * y, 2.0 * x * y])
@@ -197,10 +209,17 @@ def _of_lens(at: Array) -> Array:
 
 
 def _repeated(points: Array) -> Mask:
-    """Return which frames (n,) have every marker exactly where the frame before has it, but for those at rest."""
-    changes = np.concatenate([[True], np.any(points[1:] != points[:-1], axis=(1, 2))])
+    """Return which frames (n,) have every marker exactly where the frame before has it, but for those at rest.
+
+    There the next frame that differs does so by no more than the least step, as of markers in whole pixels.
+    """
+    steps = np.abs(np.diff(points, axis=0))
+    least = np.min(steps[steps > 0], initial=np.inf)
+    steps = np.nan_to_num(np.max(steps, axis=(1, 2)), nan=np.inf)
+    changes = np.concatenate([[True], steps > 0])
     _, lengths = np.unique(np.cumsum(changes), return_counts=True)
-    return np.asarray(~changes & np.repeat(lengths <= _AT_REST_FRAMES, lengths))
+    after = np.append(steps[steps > 0], 0.0)
+    return np.asarray(~changes & np.repeat((lengths <= _AT_REST_FRAMES) & (after > _REST * least), lengths))
 
 
 def _length(points: Array) -> tuple[float, float]:

@@ -53,6 +53,17 @@ def test_pixels_that_are_not_square_are_put_right(wide, high):
     assert float(film.notes[0].split()[3]) == pytest.approx(max(wide, high), rel=0.01)
 
 
+@pytest.mark.parametrize(("wide", "high"), [(1.0, 4 / 3), (1.09, 1.0), (1.0, 1.09), (4 / 3, 1.0)])
+@pytest.mark.parametrize("inner", [0.9, 1.2])
+def test_a_stretch_is_put_right_before_joint_and_tip_are_told_apart(wide, high, inner):
+    theta = np.column_stack([np.pi + inner * np.sin(5 * TIME), np.pi + 2.2 * np.cos(7 * TIME)])
+    theta[:, 1] += theta[:, 0] - np.pi
+    film = rods_on_film(markers(theta) * (wide, high), y_down=True)
+    assert np.count_nonzero(film.kept) == len(TIME)
+    assert np.abs(np.angle(np.exp(1j * (film.angles - theta)))).max() < 0.02
+    assert float(film.notes[0].split()[3]) == pytest.approx(max(wide, high), rel=0.01)
+
+
 def test_a_camera_that_looks_from_the_side_is_put_right_but_for_its_lean():
     turn = np.array([[np.cos(0.6), np.sin(0.6)], [-np.sin(0.6), np.cos(0.6)]])
     film = rods_on_film(markers() @ turn * (0.94, 1.0) @ turn.T, y_down=True)
@@ -123,6 +134,14 @@ def test_frames_that_repeat_the_one_before_are_left_out_but_not_rods_at_rest():
     assert "3 frames repeat the one before" in film.notes[0]
     moving = film.kept[:550]
     assert np.abs(np.angle(np.exp(1j * (film.angles[: moving.sum()] - THETA[:550][moving])))).max() < 0.01
+
+
+def test_rods_at_rest_whose_markers_in_whole_pixels_repeat_now_and_then_stay():
+    points = np.round(markers(np.concatenate([np.repeat(THETA[:1], 200, axis=0), THETA])))
+    points[400] = points[399]
+    film = rods_on_film(points, y_down=True)
+    assert np.count_nonzero(np.all(points[1:200] == points[:199], axis=(1, 2))) > 5
+    assert np.flatnonzero(~film.kept).tolist() == [400]
 
 
 def test_without_the_pivot_it_is_the_centre_of_the_joint_s_circle():
