@@ -242,8 +242,8 @@ def _angle_factors(table: Table, places: list[int], options: argparse.Namespace)
         return np.array([UNITS[ANGLE_UNITS[unit]] for unit in stated]), " and ".join(dict.fromkeys(stated))
     # In which unit counts are not is no question to the motion: 6000 a turn are nearly milliradians.
     for place, unit in zip(places, units, strict=True):
-        values = table.column(place)[np.isfinite(table.column(place))]
-        if unit == "counts" or (np.any(values != values[:1]) and np.all(values == np.round(values))):
+        values = np.unique(table.column(place)[np.isfinite(table.column(place))])
+        if unit == "counts" or (len(values) > 1 and np.all(values == np.round(values))):
             what = "angles in counts" if unit else f"{table.name(place)} has whole numbers without a unit (counts?)"
             raise OptionError(f"{table.path}: {what}: give --angle-unit counts and --counts-per-turn, or their unit")
     return np.ones(2), ""

@@ -32,7 +32,6 @@ from cdp_ident.trial.meaning import (
     balance_of,
     best_of,
     explains_more,
-    holds_in_more,
     in_model_angles,
     other_meanings,
     outer_meanings,
@@ -146,9 +145,8 @@ def _contradiction(recorded: Recorded, given: Balance, best: Balance, mechanism:
         beyond = 1.0  # though the one pendulum leaves nothing, two rods may hold up to noise
     # Errors of motors' torques may look like other zeros or factors.
     if (least > _LOOKED_AT or beyond > SOME) and options.input != "joints":
-        others = [other for other in other_meanings(recorded, options, least, beyond) if other]
+        others = [of for of in other_meanings(recorded, options, least, beyond) if of and (of.holds or not mechanism)]
         possible = [of for of in others if of.lumped.unexplained < GOOD and explains_more(of, least, beyond)]
-        possible = [of for of in possible if of.holds or not mechanism]
         if possible:
             other = min(possible, key=lambda other: other.lumped.misfit)
             return _instead(_other_words(options, other.meaning), options, other, given)
@@ -156,7 +154,7 @@ def _contradiction(recorded: Recorded, given: Balance, best: Balance, mechanism:
     is_other = best is not given and best.lumped.has_certain_signs
     # Half a turn of one zero beside another meaning is rather something else than both at once.
     most = min(most, EVIDENT if best.lumped.turned in ("", "both") else GOOD, left_so)
-    is_much = unexplained > GOOD or (holds_in_more(best, given.lumped.beyond) and best.holds)
+    is_much = unexplained > GOOD or (best.holds and explains_more(best, 0.0, given.lumped.beyond))
     if not is_other or not is_much or best.lumped.unexplained >= most:
         return ""
     said = [options.setting(name, getattr(options, name)) for name in ("outer_angle", "outer_sign")]

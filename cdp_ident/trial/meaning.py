@@ -156,13 +156,8 @@ def explains_more(other: Balance, unexplained: float, beyond: float) -> bool:
     `beyond` is the share of the windows in which the balance does not hold up to noise. A meaning that is wrong may
     hold in the others, as a wrong factor does where the rods swing little; that a hand acts is left by any.
     """
-    return other.lumped.unexplained < MUCH_BETTER * unexplained or holds_in_more(other, beyond)
-
-
-def holds_in_more(other: Balance, beyond: float) -> bool:
-    """Return whether a balance leaves next to nothing, in far more windows than one that does not in such a share."""
     in_more = beyond > SOME and other.lumped.beyond < MUCH_BETTER * beyond
-    return in_more and other.lumped.unexplained <= _EXPLAINED
+    return other.lumped.unexplained < MUCH_BETTER * unexplained or (in_more and other.lumped.unexplained <= _EXPLAINED)
 
 
 def _best_scale(
@@ -197,6 +192,7 @@ def _best_scale(
     explaining = [other for other in explaining if other.lumped.unexplained <= _EXPLAINED]
     if explaining:
         most = min(other.lumped.misfit for other in explaining) / MUCH_BETTER
+        # A small swing cannot tell these apart, but what rods are like can.
         as_good = (other for other in explaining if other.lumped.misfit <= most)
         return _possible(balance_of(recorded, min(as_good, key=_unlike_rods).meaning))
     beside = [misfit(choice, at) for choice in range(len(choices)) for at in (-_BETWEEN, _BETWEEN)]
@@ -215,17 +211,12 @@ def _best_scale(
 
 
 def _unlike_rods(balance: Balance) -> float:
-    """Return how far the inner rod is from swinging as one of the joints' distance does that has its mass at its end.
-
-    It is the logarithm of the ratio of both lengths, and tells factors apart that a small swing cannot.
-    """
+    """Return how far the inner rod is from swinging as one of the joints' distance does with its mass at its end."""
     A, _, _, _, G1, G2, *_ = balance.lumped.values
     return abs(float(np.log(A * G1 / G2)))
 
 
 def _possible(balance: Balance | None) -> Balance | None:
     """Return a balance that is certain to be a double pendulum's, with the other zero where that scales nothing."""
-    if not balance or not balance.lumped.has_certain_signs:
-        return None
-    turned = ("", "both") if balance.meaning.scale_from == "zero" else ("",)
-    return balance if balance.lumped.turned in turned else None
+    turned = ("", "both") if balance and balance.meaning.scale_from == "zero" else ("",)
+    return balance if balance and balance.lumped.has_certain_signs and balance.lumped.turned in turned else None
