@@ -37,6 +37,7 @@ from cdp_ident.tracing.neighbours import (
     replacements,
     scores_of,
     simplifications,
+    without_effect,
 )
 from cdp_ident.tracing.odds import cost, cost_unless_imitated, imitated, size_of, unlikelihood_of
 from cdp_ident.tracing.over_windows import OverWindows
@@ -150,9 +151,7 @@ class ModelSearch:
 
     def without(self, index: int) -> WholeSwings | None:
         """Return the best model without one of its effects; None where it cannot be fitted."""
-        others, remain = self.best.model.without_effect(index)
-        what = (self.best.model.effects[index].key,)
-        fitted = self._fit_all([Neighbour(others, self.best.values[remain], what, self.best)])
+        fitted = self._fit_all([replace(without_effect(self.best, index), again=False)])
         return fitted[0][0] if fitted else None
 
     def _move(
@@ -179,10 +178,10 @@ class ModelSearch:
                 break
             tried += self._fit_all(some, min(best.misfit, self.best.misfit))
             best, _ = self._most_probable(tried)
-        ranked = sorted(tried, key=lambda pair: self.cost(pair[0]))
-        # Fits are no more exact than that: to and fro between models that are as probable leads nowhere.
-        better = [pair for pair in ranked if self.cost(pair[0]) < -CLOSE_ENOUGH]
-        probable = [pair for pair in better if self._errors.explains(pair[0], self.best)]
+        probable = self._probable(tried)
+        if not probable:
+            tried = self._at_likelier_maxima(tried)
+            probable = self._probable(tried)
         if probable:
             best, what = probable[0]
             for other, with_what in probable[1:]:
@@ -193,6 +192,30 @@ class ModelSearch:
         if tried:
             self._note("nothing more helps", None, tried)
         return False
+
+    def _at_likelier_maxima(self, tried: Sequence[_Fitted]) -> list[_Fitted]:
+        """Return models at their likeliest maxima, those with more effects: torques may follow what these explain."""
+        more = [size_of(of.model) > size_of(self.best.model) and bool(np.any(of.is_missing)) for of, _ in tried]
+        # Of the others that was done as they were fitted.
+        unlikely = [it and cost_unless_imitated(of, self.best) >= 0.0 for it, (of, _) in zip(more, tried, strict=True)]
+        fits = parallel_map(lambda k: likelier_maximum(tried[k][0]) if unlikely[k] else tried[k][0], range(len(tried)))
+        return [(self._keep(found), what) for found, (_, what) in zip(fits, tried, strict=True)]
+
+    def _probable(self, tried: Sequence[_Fitted]) -> list[_Fitted]:
+        """Return the models that are more probable than the best one and explain the motion, the most probable first.
+
+        Fits are no more exact than asked here: to and fro between models that are as probable leads nowhere.
+        """
+        better = [pair for pair in tried if self.cost(pair[0]) < -CLOSE_ENOUGH]
+        explaining = [pair for pair in better if self._errors.explains(pair[0], self.best)]
+        return sorted(explaining, key=lambda pair: self.cost(pair[0]))
+
+    def _keep(self, found: WholeSwings) -> WholeSwings:
+        """Return a model as it is the most likely one until now, and keep it so."""
+        key = _key(found.model)
+        if key not in self.fitted or found.misfit < self.fitted[key].misfit:
+            self.fitted[key] = found
+        return self.fitted[key]
 
     def _most_probable(self, tried: Sequence[_Fitted]) -> _Fitted:
         """Return the most probable of some models; the best one until now where there is none."""
@@ -367,8 +390,8 @@ class ModelSearch:
             self._to_beat[key] = max(least, self._to_beat.get(key, -np.inf))
             self.failures += [f"{' and '.join(of[0].what)}: {failure}" for failure in failures]
             # What is kept does not depend on which fit is done first.
-            if found and (key not in self.fitted or found.misfit < self.fitted[key].misfit):
-                self.fitted[key] = found
+            if found:
+                self._keep(found)
         by_model = {_key(each.model): each.what for each in reversed(neighbours)}
         return [(self.fitted[key], what) for key, what in by_model.items() if key in self.fitted]
 

@@ -379,13 +379,19 @@ def simplifications(found: WholeSwings, sure: float) -> Iterator[Neighbour]:
         found: a model.
         sure: square of a strength in its standard deviations (Wald's statistic) from which on it is.
     """
-    for index, active in enumerate(found.model.effects):
-        if strength(found.model, found.values, found.covariance, index) < sure:
-            others, remain = found.model.without_effect(index)
-            # What happens at an instant may have been fitted at another one before.
-            again = any(other.effect.at_an_instant for other in others.effects)
-            yield Neighbour(others, found.values[remain], (active.key,), found, again)
+    for index in range(len(found.model.effects)):
+        # Where more is hidden, what is sure may stand for something else.
+        if hides_more(found) or strength(found.model, found.values, found.covariance, index) < sure:
+            yield without_effect(found, index)
         yield from _less_of(found, index, sure)
+
+
+def without_effect(found: WholeSwings, index: int) -> Neighbour:
+    """Return a model without one of its effects."""
+    others, remain = found.model.without_effect(index)
+    # What happens at an instant may have been fitted at another one before.
+    again = any(other.effect.at_an_instant for other in others.effects)
+    return Neighbour(others, found.values[remain], (found.model.effects[index].key,), found, again)
 
 
 def _less_of(found: WholeSwings, index: int, sure: float) -> Iterator[Neighbour]:

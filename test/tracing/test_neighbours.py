@@ -171,6 +171,15 @@ def test_a_spring_without_stiffness_may_be_a_constant_torque_and_one_that_is_sur
     assert less not in [each.what for each in simplifications(stiff, 100.0)]
 
 
+def test_what_is_sure_may_go_only_where_more_is_hidden(rubbing):
+    found = with_effect(rubbing, DRY, 5.0)
+    assert strength(found.model, found.values, found.covariance, 0) > 100.0
+    for missing in (False, True):
+        hiding = replace(found, is_missing=np.array([False, missing]))
+        dropped = [each for each in simplifications(hiding, 100.0) if not each.model.effects]
+        assert [each.what for each in dropped] == [(DRY,)] * missing
+
+
 def test_what_is_there_already_and_another_effect_has_become_without_a_parameter_is_one_effect(rubbing):
     dry = with_effect(rubbing, DRY, 5e-3)
     found = with_effect(dry, "stribeck_friction.outer", 2e-3, 0.0, 1.0)

@@ -271,8 +271,9 @@ class Effect:
 
     @property
     def at_place_of_joint(self) -> bool:
-        """Whether it is a torque that acts where its joint is at a place."""
-        return self.is_local and self.of_joint and bool(self.law.torque) and not self.states
+        """Whether it is a torque that acts where its joint is at a place, whether or not that moves: a stiffness."""
+        stiff = any(p.unit == "N m/rad" for p in self.parameters)
+        return self.is_local and stiff and self.of_joint and bool(self.law.torque) and not self.states
 
     @property
     def remembers(self) -> bool:
