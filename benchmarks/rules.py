@@ -75,10 +75,6 @@ def _first(one: Any, *_others: Any, **_named: Any) -> Any:
     return one
 
 
-def _its_values(found: Any) -> Any:
-    return found.values
-
-
 def _as_many(readings: Any, _steps: Any) -> Any:
     return np.ones_like(readings)
 
@@ -93,7 +89,7 @@ RULES = (
     Rule("names beside more than noise", "cdp_ident.tracing.trace:where_more_remains", _first),
     Rule("withdrawal", "cdp_ident.tracing.trace:is_worse", _no),
     Rule("windows of half a swing", "cdp_ident.pipeline.identify:_is_followed", _yes),
-    Rule("values with less torque", "cdp_ident.tracing.final_model:values_with_less_torque", _its_values),
+    Rule("values with less torque", "cdp_ident.tracing.final_model:with_less_torque", _first),
     Rule("tails of torques", "cdp_ident.likelihood.noise:Noise.with_tails", _first),
     Rule(
         "memory of noise and errors of time",

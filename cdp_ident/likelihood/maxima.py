@@ -154,15 +154,15 @@ def _without_torque(found: WholeSwings, to_beat: float) -> WholeSwings:
     return GaussNewton(found.model, values, recorded, states, noise, CLOSE_ENOUGH).run(ENOUGH_STEPS, to_beat).found()
 
 
-def values_with_less_torque(found: WholeSwings) -> Array:
-    """Return the values (unknowns,) under unknown torques of a small share of their size.
+def with_less_torque(found: WholeSwings) -> WholeSwings:
+    """Return a model under unknown torques of a small share of their size.
 
     Where something is missing that is the same each time, torques that are new at each node forget what long motions
     say of it. With less of them, values are those whose motion follows what was measured for longer (output error in
-    place of prediction error: Ljung, System Identification, 1999, chapter 7).
+    place of prediction error: Ljung, System Identification, 1999, chapter 7), and scores tell what would explain that.
 
     Args:
-        found: the most likely values.
+        found: a model with its most likely values.
 
     Raises:
         IdentificationError: no motion can be computed.
@@ -170,4 +170,4 @@ def values_with_less_torque(found: WholeSwings) -> Array:
     torque = np.maximum(_LESS * found.noise.torque_with_tails, found.recorded.least_torque)
     noise = replace(found.noise, torque=torque, tails=())
     search = GaussNewton(found.model, found.values, found.recorded, found.states, noise)
-    return search.run(_STEPS_WITH_LESS, held=True).values
+    return search.run(_STEPS_WITH_LESS, held=True).found()

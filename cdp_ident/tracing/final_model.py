@@ -18,7 +18,7 @@ from cdp_ident.likelihood.maxima import (
     NEAR,
     best_of,
     most_likely,
-    values_with_less_torque,
+    with_less_torque,
 )
 from cdp_ident.likelihood.noise import Noise
 from cdp_ident.likelihood.recorded import all_recorded, states_of
@@ -68,7 +68,7 @@ class FinalModel:
         if not np.any(found.is_missing):
             return likely
         try:
-            other = cls._with(found, values_with_less_torque(found), True, data)
+            other = cls._with(found, with_less_torque(found).values, True, data)
         except (IdentificationError, np.linalg.LinAlgError):
             return likely
         return other if other.holdout.rmse() < _CLEARLY * likely.holdout.rmse() else likely
@@ -87,7 +87,7 @@ class FinalModel:
         """
         try:
             less = self.less_torque and bool(np.any(found.is_missing))
-            values = values_with_less_torque(found) if less else found.values
+            values = with_less_torque(found).values if less else found.values
             return fit_initial_states(found.model, values, self.holdout.windows).rmse()
         except (IdentificationError, np.linalg.LinAlgError):
             return float("nan")
@@ -125,7 +125,7 @@ def final_values(after: FinalModel, chosen: WholeSwings, data: Data, say: Callab
         return FinalValues(after.fit.values, chosen.covariance, chosen, ())
     try:
         whole = _whole_swings(after, chosen, data)
-        values = values_with_less_torque(whole) if after.less_torque else whole.values
+        values = with_less_torque(whole).values if after.less_torque else whole.values
     except (IdentificationError, np.linalg.LinAlgError) as error:
         return FinalValues(after.fit.values, chosen.covariance, None, (f"values from whole swings: {error}",))
     say(f"{len(whole.states)} whole swings are fitted in {whole.steps} steps")

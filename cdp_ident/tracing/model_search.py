@@ -18,7 +18,14 @@ from cdp_ident.arrays import Array
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.likelihood.gauss_newton import GaussNewton
-from cdp_ident.likelihood.maxima import CLOSE_ENOUGH, ENOUGH_STEPS, best_of, likelier_maximum, other_maxima
+from cdp_ident.likelihood.maxima import (
+    CLOSE_ENOUGH,
+    ENOUGH_STEPS,
+    best_of,
+    likelier_maximum,
+    other_maxima,
+    with_less_torque,
+)
 from cdp_ident.likelihood.scores import Score
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.machine.parallel import parallel_map
@@ -244,25 +251,35 @@ class ModelSearch:
             self._note(f"dropped {' and '.join(what)}", simpler, tried)
 
     def _other_maxima(self) -> bool:
-        """Go on with more at another maximum of the best model's likelihood, without unknown torques.
+        """Go on with what other maxima of the best model's likelihood propose, without unknown torques or with less.
 
-        Where noise is autocorrelated, unknown torques follow it, and what is added has nothing left to explain. What
-        happens at an instant shows beside them, and imitates much without: it is looked for there, and fitted here.
+        Unknown torques follow what is to be added, and noise that is autocorrelated, too: what is added has nothing
+        left to explain. What happens at an instant shows beside them, and imitates much without: it is looked for
+        there, and fitted here.
         """
         if not np.any(self.best.is_missing):
             return False
+        less = self._with_less_torque(self.best)
+        proposed = first(additions(less, self._lasting(less)))
         try:
             origin, *_ = other_maxima(self.best)
+            behind = origin.misfit - self.best.misfit
+            proposed += first(additions(origin, self._lasting(origin), behind))
+            # What an extended model has more, unknown torques follow as well as it would.
+            proposed += extended_models(origin)
         except (IdentificationError, np.linalg.LinAlgError) as error:
             self.failures.append(f"other maxima: {error}")
-            return False
-        behind = origin.misfit - self.best.misfit
-        promising = additions(origin, self._lasting(origin), behind)
         present = first(additions(self.best, self.scores))
         instants = [each for each in present if each.model.effects[-1].effect.at_an_instant]
-        # What an extended model has more, unknown torques follow as well as it would.
-        anew = [replace(each, again=True) for each in (*first(promising), *extended_models(origin))]
-        return self._move([*anew, *instants], "added")
+        return self._move([*(replace(each, again=True) for each in proposed), *instants], "added")
+
+    def _with_less_torque(self, found: WholeSwings) -> WholeSwings:
+        """Return a model with less unknown torque, if any is missing: else it follows what scores are to tell."""
+        try:
+            return with_less_torque(found) if np.any(found.is_missing) else found
+        except (IdentificationError, np.linalg.LinAlgError) as error:
+            self.failures.append(f"less unknown torque: {error}")
+            return found
 
     def _zeros(self) -> bool:
         """Try encoders whose zeros differ from trial to trial."""
@@ -362,7 +379,8 @@ class ModelSearch:
             without = self.without(index)
             if without is None:
                 continue
-            others = first(replacements(self.best, index, without, self._lasting(without), self.scores))
+            less = self._with_less_torque(without)
+            others = first(replacements(self.best, index, less, self._lasting(less), self.scores))
             extended = [form for each in others for form in extended_replacements(self.best, each, without)]
             alternatives += [*others, *extended]
             alternatives += extended_models(without)
