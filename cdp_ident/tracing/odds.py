@@ -40,7 +40,7 @@ def ambiguity(active: ActiveEffect, recorded: Recorded) -> float:
     elif active.trial is not None:
         forms = len(recorded.trials)
     elif effect.harmonic:
-        forms = sum((one.name, one.joint) == (effect.name, effect.joint) for one in known_effects())
+        forms = sum(one.harmonic and (one.name, one.joint) == (effect.name, effect.joint) for one in known_effects())
     return 2.0 * math.log(forms)
 
 

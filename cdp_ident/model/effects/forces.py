@@ -60,7 +60,7 @@ _BOB = Law(
     where=(
         ("lever", "L/(length_ratio*outer_length)"),
         ("along", "cos(theta1 - theta2)"),
-        ("speed_of_end", "sqrt((lever*omega1)^2 + omega2^2 + 2*lever*along*omega1*omega2 + 1e-12)"),
+        ("speed_of_end", "sqrt((lever*omega1)^2 + omega2^2 + 2*lever*along*omega1*omega2 + 1e-30)"),
     ),
 )
 _STRIPS = Law(
