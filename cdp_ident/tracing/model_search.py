@@ -14,7 +14,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from cdp_ident.arrays import Array
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.likelihood.gauss_newton import GaussNewton
@@ -30,7 +29,6 @@ from cdp_ident.likelihood.scores import Score
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.machine.parallel import parallel_map
 from cdp_ident.model.effects.effect import JOINTS
-from cdp_ident.model.layout import RODS_STATES
 from cdp_ident.tracing.neighbours import (
     Neighbour,
     additions,
@@ -434,8 +432,7 @@ class ModelSearch:
             if len(each.values) < len(each.origin.values):
                 # What is left out may have to be followed by unknown torques from now on.
                 noise = noise.with_torque_of_at_least(_AT_LEAST * self._recorded.large_torque)
-            states = _states(each.origin, each.model)
-            search = GaussNewton(each.model, each.values, self._recorded, states, noise, CLOSE_ENOUGH)
+            search = GaussNewton(each.model, each.values, self._recorded, each.states, noise, CLOSE_ENOUGH)
             more = unlikelihood_of(each.model, self._recorded) - unlikelihood_of(each.origin.model, self._recorded)
             if not each.unscored or search.expected_misfit() + more < each.origin.misfit:
                 searches.append(search)
@@ -460,25 +457,3 @@ def _key(model: MotionModel) -> Key:
     """Return what a model is known by: its effects, in any order, and whether trials have zeros of their own."""
     effects = sorted((a.effect.key, -1 if a.trial is None else a.trial, a.bend) for a in model.effects)
     return tuple(effects + [(f"zero.{joint}", len(model.zeros), 0.0) for joint in model.zero_joints if model.zeros])
-
-
-def _states(origin: WholeSwings, model: MotionModel) -> list[Array]:
-    """Return states to begin with, of a model beside a fitted one; those that other effects bring are zero."""
-    before = origin.model
-    if [a.effect for a in before.effects if a.effect.states] == [a.effect for a in model.effects if a.effect.states]:
-        return list(origin.states)
-    own = before.states - RODS_STATES
-    states = []
-    for of in origin.states:
-        brought = np.zeros((len(of), model.states - RODS_STATES))
-        at, places = RODS_STATES, dict[str, slice]()
-        for active in before.effects:
-            places[active.effect.key] = slice(at, at + active.effect.states)
-            at += active.effect.states
-        begin = 0
-        for active in model.effects:
-            if active.effect.states and active.effect.key in places:
-                brought[:, begin : begin + active.effect.states] = of[:, places[active.effect.key]]
-            begin += active.effect.states
-        states.append(np.concatenate([of[:, :RODS_STATES], brought, of[:, RODS_STATES + own :]], axis=1))
-    return states

@@ -58,6 +58,11 @@ class Neighbour:
     unscored: bool = False
     """Whether no score speaks for it: it is fitted if its first step promises to make the model more probable."""
 
+    @property
+    def states(self) -> list[Array]:
+        """(nodes, states) of each swing to begin with; those that other effects bring are zero."""
+        return _states_of(self.origin, self.model)
+
 
 def first(neighbours: Iterable[Neighbour]) -> list[Neighbour]:
     """Return the first neighbours, of a few effects."""
@@ -429,3 +434,25 @@ def strength(model: MotionModel, values: Array, covariance: Array, index: int) -
     information = information_of(of_effect[np.ix_(known, known)])
     strengths = np.where(strong, values[place], 0.0)[known]
     return float(strengths @ information @ strengths)
+
+
+def _states_of(origin: WholeSwings, model: MotionModel) -> list[Array]:
+    """Return states to begin with, of a model beside a fitted one; those that other effects bring are zero."""
+    before = origin.model
+    if [a.effect for a in before.effects if a.effect.states] == [a.effect for a in model.effects if a.effect.states]:
+        return list(origin.states)
+    own = before.states - RODS_STATES
+    states = []
+    for of in origin.states:
+        brought = np.zeros((len(of), model.states - RODS_STATES))
+        at, places = RODS_STATES, dict[str, slice]()
+        for active in before.effects:
+            places[active.effect.key] = slice(at, at + active.effect.states)
+            at += active.effect.states
+        begin = 0
+        for active in model.effects:
+            if active.effect.states and active.effect.key in places:
+                brought[:, begin : begin + active.effect.states] = of[:, places[active.effect.key]]
+            begin += active.effect.states
+        states.append(np.concatenate([of[:, :RODS_STATES], brought, of[:, RODS_STATES + own :]], axis=1))
+    return states
