@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Build script of the ROS 2 package, called by colcon.
 
-Building makes the laws' formulas into code, with their derivatives, and compiles the inner loops for this machine and
-user, beside all else, so that the first run need not: about a minute of CPU time. Where that fails (sympy or numba is
-not installed when it is built), the first run does it.
+Building compiles the laws, with their derivatives, and the inner loops for this machine and user, beside all else, so
+that the first run need not: about a minute of CPU time. Where that fails (numba is not installed when it is built), the
+first run does it.
 """
 
 import runpy
@@ -33,12 +33,10 @@ def shared(folder: str) -> tuple[str, list[str]]:
 
 
 def compiling(command: type[Command]) -> type[Command]:
-    """Return a build command before which the laws' code is made, and during which the inner loops are compiled."""
+    """Return a build command during which laws and inner loops are compiled."""
 
     def run(self: Command) -> None:
         nowhere = subprocess.DEVNULL
-        laws = [sys.executable, "-m", f"{NAME}.model.formulas.generated"]
-        subprocess.run(laws, cwd=ROOT, stdin=nowhere, stdout=nowhere, stderr=nowhere, check=False)
         loops = [sys.executable, "-m", f"{NAME}.pipeline.compile_ahead"]
         with ExitStack() as stack:
             for way in ([], ["backwards"]):  # for two cores
@@ -68,7 +66,6 @@ setup(
         "scipy",
         "numba",
         "llvmlite",
-        "sympy",
         "pyyaml",
         "rich",
         "matplotlib",

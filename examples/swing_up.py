@@ -10,18 +10,16 @@ real: balance.py does, with the file. It needs CasADi (`pip install casadi`).
 """
 
 import argparse
+import ast
 import importlib
 import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import fields
-from functools import reduce
-from operator import add, mul
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-import sympy
 from lqr import (
     FALLEN,
     JOINT_RATES,
@@ -42,8 +40,9 @@ from scipy.interpolate import CubicHermiteSpline
 
 from cdp_ident.configuration.fitted_model import FittedModel, read_fitted_model
 from cdp_ident.errors import CdpIdentError, OptionError
-from cdp_ident.model.formulas.code import motion_rows
-from cdp_ident.model.formulas.derivation import Definitions, symbol
+from cdp_ident.model.formulas.algebra import OPERATIONS, as_number, function_of
+from cdp_ident.model.formulas.code import MOTION, rows_of
+from cdp_ident.model.formulas.derivation import Definitions
 from cdp_ident.model.formulas.language import ACCELERATIONS, CART, COEFFICIENTS, PAPER, STATE, TORQUE1, TORQUE2
 from cdp_ident.rig.emulator.motion import Drive
 
@@ -92,7 +91,7 @@ class RodsMotion:
             if effect.states or effect.curve:
                 self.left_out.append(effect.key)
                 continue
-            definitions, rows = Definitions(effect.key, effect.joint), motion_rows(effect)
+            definitions, rows = Definitions(effect.key, effect.joint), rows_of(effect, MOTION)
             for parameter in effect.parameters:
                 definitions.add_input(parameter.name)
             for name, text in effect.law.where:
@@ -111,25 +110,27 @@ class RodsMotion:
 
 def _values(definitions: Definitions, formulas: Iterable[str], given: Mapping[str, Any]) -> list[Any]:
     """Return the values of formulas, given those of the words in them."""
-    expressions = [definitions.expression("formula", text) for text in formulas]
-    known = {symbol(name): value for name, value in given.items()}
-    for name, expression in definitions.needed(expressions).items():
-        known[name] = _value(expression, known)
-    return [_value(expression, known) for expression in expressions]
+    trees = [definitions.value("formula", text) for text in formulas]
+    known = {"pi": np.pi, **given}
+    for name, tree in definitions.needed(trees).items():
+        known[name] = _value(tree, known)
+    return [_value(tree, known) for tree in trees]
 
 
-def _value(expression: Any, known: Mapping[Any, Any]) -> Any:
-    if expression.is_Symbol:
-        return known[expression]
-    if not expression.args:
-        return float(expression)
-    arguments = [_value(argument, known) for argument in expression.args]
-    if expression.func in (sympy.Add, sympy.Mul):
-        return reduce(add if expression.func == sympy.Add else mul, arguments)
-    if expression.func == sympy.Heaviside:
-        return arguments[0] >= 0
-    names = {sympy.Pow: "power", sympy.Abs: "fabs"}
-    return getattr(casadi, names.get(expression.func, expression.func.__name__))(*arguments)
+def _value(tree: ast.expr, known: Mapping[str, Any]) -> Any:
+    number = as_number(tree)
+    if number is not None:
+        return number
+    if isinstance(tree, ast.Name):
+        return known[tree.id]
+    if isinstance(tree, ast.UnaryOp):
+        return -_value(tree.operand, known)
+    if isinstance(tree, ast.BinOp):
+        operation = pow if isinstance(tree.op, ast.Pow) else OPERATIONS[type(tree.op)]
+        return operation(_value(tree.left, known), _value(tree.right, known))
+    (argument,) = (_value(part, known) for part in tree.args)
+    name = function_of(tree)
+    return argument >= 0 if name == "step" else getattr(casadi, "fabs" if name == "abs" else name)(argument)
 
 
 class Motion(NamedTuple):

@@ -50,7 +50,7 @@ Compilable = Callable[..., Any]
 
 _PACKAGE = Path(__file__).parents[1]
 _COMPILED = ("machine/*.py", "model/*.py", "model/formulas/*.py", "model/effects/curves.py", "likelihood/sweeps.py")
-"""Where what is compiled stands; laws, which loops know nothing of, are kept by their text (`Addresses`)."""
+"""Where what is compiled stands; laws, which loops know nothing of, are kept by their formulas (`Addresses`)."""
 _UNUSED_FOR = 30 * 86400.0
 """A folder that no process has used for so long is removed [s]."""
 
@@ -59,8 +59,7 @@ def _cache_folder() -> str | None:
     """Return the folder for compiled code; None where there is none that is the user's own."""
     digest = hashlib.sha256()
     for path in sorted(path for names in _COMPILED for path in _PACKAGE.glob(names)):
-        if path.name != "laws.py":  # which is made of the others
-            digest.update(path.read_bytes())
+        digest.update(path.read_bytes())
     try:
         user_cache = os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser()
         folder = Path(numba.core.config.CACHE_DIR or Path(user_cache) / "cdp_ident") / digest.hexdigest()[:16]

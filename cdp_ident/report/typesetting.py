@@ -7,7 +7,8 @@ import html
 import re
 
 from cdp_ident.errors import OptionError
-from cdp_ident.model.formulas.syntax import Tree, names_used, parse
+from cdp_ident.model.formulas.algebra import Tree
+from cdp_ident.model.formulas.syntax import names_used, parse
 
 _GREEK = {"theta": "θ", "omega": "ω", "alpha": "α", "pi": "π"}
 _NUMBERED = re.compile(r"([A-Za-z]+?)_?(\d+)")

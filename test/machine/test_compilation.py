@@ -79,7 +79,7 @@ def test_the_loop_over_lanes_brings_no_code_that_formats_messages(loop_over_lane
     ("left_behind", "files"),
     [
         (True, ["model/rates.py", "model/effects/curves.py", "machine/compilation.py", "likelihood/sweeps.py"]),
-        (False, ["errors.py", "fit/noise.py", "model/formulas/laws.py", "model/effects/friction.py"]),
+        (False, ["errors.py", "fit/noise.py", "model/effects/friction.py"]),
     ],
 )
 def test_kept_code_is_left_behind_when_any_compiled_file_changes_and_no_other_one(

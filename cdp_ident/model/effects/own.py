@@ -29,8 +29,9 @@ from cdp_ident.errors import OptionError
 from cdp_ident.model.effects import catalogue
 from cdp_ident.model.effects.effect import JOINTS, Effect, EffectParameter, Law, State
 from cdp_ident.model.formulas import language as words
+from cdp_ident.model.formulas.algebra import Tree
 from cdp_ident.model.formulas.compiled import motion_law, reading_law
-from cdp_ident.model.formulas.syntax import Tree, error_at, names_used, parse
+from cdp_ident.model.formulas.syntax import error_at, names_used, parse
 from cdp_ident.user_input import mapping_of, number, quoted, refuse_unknown
 from cdp_ident.yaml_file import read_yaml
 

@@ -8,122 +8,73 @@ share, goes to the sums; derivatives by its own states and parameters, and every
 zero is left out.
 """
 
+import ast
 import re
 from collections.abc import Iterable, Mapping, Sequence
-
-import sympy
-from sympy.printing.pycode import PythonCodePrinter
 
 from cdp_ident.errors import OptionError
 from cdp_ident.model.effects.effect import Effect, Law
 from cdp_ident.model.formulas import language as words
-from cdp_ident.model.formulas.derivation import Definitions, Expression, Symbol, symbol
+from cdp_ident.model.formulas.algebra import Tree, as_number, names_in, negative
+from cdp_ident.model.formulas.derivation import Definitions
 
-_HEADER = '''# Copyright 2026 cdp_ident maintainers
-# SPDX-License-Identifier: Apache-2.0
-"""Made of the laws' formulas when the package is built, by `formulas/generated.py`; not by hand."""
-
-from math import atan, cos, exp, log, sin, sqrt, tan, tanh, pi
-
-DIGEST = "{digest}"
-"""Of what it was made of."""
-'''
+MOTION, MOTION_AT_ZERO, READING, READING_AT_ZERO = TABLES = "motion", "motion_at_zero", "reading", "reading_at_zero"
+"""What a law may have functions for: what it does to the motion and to readings, and both where it has no strength."""
 _PAPER_INPUTS = ("sin1", "cos1", "sin2", "cos2", "omega1", "omega2", "u", *words.COEFFICIENTS)
 _PAPER = Effect("equations of motion", "base", "", Law(torques=words.PAPER), (), "the paper")
-"""What is left of them, as a law."""
+"""What is left of the equations of motion, as a law."""
 
 
-class _Printer(PythonCodePrinter):  # type: ignore[misc]  # sympy has no types
-    def __init__(self) -> None:
-        super().__init__({"fully_qualified_modules": False})
-
-    def _print_Abs(self, expression: Expression) -> str:  # noqa: N802 - as sympy calls them
-        return f"abs({self._print(expression.args[0])})"
-
-    def _print_sign(self, expression: Expression) -> str:
-        of = self._print(expression.args[0])
-        return f"((1.0 if {of} > 0.0 else 0.0) - (1.0 if {of} < 0.0 else 0.0))"
-
-    def _print_Heaviside(self, expression: Expression) -> str:  # noqa: N802
-        return f"(1.0 if {self._print(expression.args[0])} >= 0.0 else 0.0)"
-
-    def _print_Integer(self, expression: Expression) -> str:  # noqa: N802 - in floating point
-        return f"{int(expression)}.0"
-
-    def _print_Rational(self, expression: Expression) -> str:  # noqa: N802
-        return f"({expression.p}.0/{expression.q}.0)"
-
-    def _print_Pow(self, expression: Expression, **_: object) -> str:  # noqa: N802
-        base, power = expression.args
-        if power.is_Integer and 2 <= abs(power) <= 4:
-            text = "*".join([self.parenthesize(base, 50)] * abs(int(power)))
-            return f"({text})" if power > 0 else f"(1.0/({text}))"
-        return super()._print_Pow(expression)
-
-
-_print = _Printer().doprint
-
-
-def module_text(effects: Sequence[Effect], digest: str, paper: bool) -> str:
-    """Return the code of a module with the laws of effects, and with the equations of motion or not."""
-    functions, by_text = [_HEADER.format(digest=digest)], dict[tuple[object, ...], str]()
-    tables: dict[str, dict[str, str]] = {"MOTION": {}, "MOTION_AT_ZERO": {}, "READING": {}, "READING_AT_ZERO": {}}
-    if paper:
-        functions += [_pushes(), _law("slopes_of_paper", _PAPER, motion_rows(_PAPER), "MOTION")]
-    for effect in effects:
-        if effect.curve is not None:
-            continue
-        rows_of = {"MOTION": motion_rows(effect), "READING": _reading(effect)}
-        if effect.known_at_zero:
-            rows_of |= {f"{table}_AT_ZERO": rows for table, rows in rows_of.items()}
-        for table, rows in rows_of.items():
-            same = (table, effect.law, effect.joint, tuple(p.name for p in effect.parameters))
-            if rows and same not in by_text:
-                parts = effect.name, effect.joint, "" if effect.harmonic else effect.variant, table.lower()
-                by_text[same] = re.sub(r"\W", "_", "_".join(filter(None, parts)))
-                functions.append(_law(by_text[same], effect, rows, table))
-            if rows:
-                tables[table][effect.key] = by_text[same]
-    functions.append(f"KEYS = {{{', '.join(repr(e.key) for e in effects if e.curve is None)}}}\n")
-    for table, names in tables.items():
-        lines = "".join(f'    "{key}": {name},\n' for key, name in names.items())
-        functions.append(f"{table} = {{\n{lines}}}\n")
-    return "\n\n".join(functions)
-
-
-def motion_rows(effect: Effect) -> Mapping[int, str]:
-    """Return the formulas of what a law adds to the motion, by row."""
-    law = effect.law
+def rows_of(effect: Effect, table: str) -> Mapping[int, str]:
+    """Return the formulas of what a law adds to the motion or to readings, by row; nothing where it does nothing."""
+    law, at_zero = effect.law, table.endswith("at_zero")
+    if effect.curve is not None or (at_zero and not effect.known_at_zero):
+        return {}
+    if table.startswith(READING):
+        rows = {words.INNER: law.readings[0], words.OUTER: law.readings[1], words.LATENESS: law.lateness}
+        if law.reading:
+            rows[words.OUTER if effect.joint == "outer" else words.INNER] = law.reading
+        return {row: text for row, text in rows.items() if text}
     rows = {words.FRICTION: law.friction, words.CART: law.cart}
     torque = f"-direction*({law.friction})" if law.friction else law.torque
     if torque:
         rows[words.TORQUE1], rows[words.TORQUE2] = (torque, "") if effect.joint == "inner" else (f"-({torque})", torque)
     else:
         rows[words.TORQUE1], rows[words.TORQUE2] = law.torques
-    rows |= {words.RATES + k: state.rate for k, state in enumerate(law.states)}
+    if not at_zero:
+        rows |= {words.RATES + k: state.rate for k, state in enumerate(law.states)}
     return {row: rows[row] for row in sorted(rows) if rows[row]}
 
 
-def _reading(effect: Effect) -> Mapping[int, str]:
-    """Return the formulas of what a law adds to readings, by row."""
-    law, own = effect.law, words.OUTER if effect.joint == "outer" else words.INNER
-    rows = {words.INNER: law.readings[0], words.OUTER: law.readings[1], words.LATENESS: law.lateness}
-    if law.reading:
-        rows[own] = law.reading
-    return {row: text for row, text in rows.items() if text}
+def name_of(effect: Effect, table: str) -> str:
+    """Return the name of a law's function; harmonics have the same one, for they differ by a parameter alone."""
+    parts = effect.name, effect.joint, "" if effect.harmonic else effect.variant, table
+    return re.sub(r"\W", "_", "_".join(filter(None, parts)))
 
 
-_MOTION_ROWS = ("torque on theta1", "torque on theta2", "friction", "cart", "rate 1", "rate 2")
-_READING_ROWS = ("inner reading", "outer reading", "lateness")
+def text_of(effects: Sequence[Effect]) -> str:
+    """Return the functions of the laws of effects, of which each is there once."""
+    functions: dict[str, str] = {}
+    for effect in effects:
+        for table in TABLES:
+            name, rows = name_of(effect, table), rows_of(effect, table)
+            if rows and name not in functions:
+                functions[name] = _law(name, effect, rows, table)
+    return "\n\n".join(functions.values())
+
+
+_ROWS = {
+    MOTION: ("torque on theta1", "torque on theta2", "friction", "cart", "rate 1", "rate 2"),
+    READING: ("inner reading", "outer reading", "lateness"),
+}
 """What rows are called, in their order."""
 
 
 def _law(function: str, effect: Effect, rows: Mapping[int, str], table: str) -> str:
     """Return the function of a law, in one of the tables of laws."""
-    at_zero, moves = table.endswith("AT_ZERO"), table.startswith("MOTION")
-    definitions = Definitions(f"{effect.name}.{effect.joint}", effect.joint)
-    parameters = [symbol(p.name) for p in effect.parameters]
-    for p in effect.parameters:
+    at_zero, moves = table.endswith("at_zero"), table.startswith(MOTION)
+    definitions, parameters = Definitions(f"{effect.name}.{effect.joint}", effect.joint), effect.parameters
+    for p in parameters:
         definitions.add_input(p.name)
     for state, own in zip(effect.law.states, words.OWN, strict=False):
         if at_zero:
@@ -132,60 +83,51 @@ def _law(function: str, effect: Effect, rows: Mapping[int, str], table: str) -> 
             definitions.add_input(state.name, own)
     for defined, text in effect.law.where:
         definitions.add(defined, text)
-    names = _MOTION_ROWS if moves else _READING_ROWS
-    strengths = [symbol(p.name) for p in effect.parameters if not (p.shape or p.fixed)]
-    results = dict[tuple[int, int], Expression]()
+    names, columns = _ROWS[MOTION if moves else READING], ("value", *words.VARIABLES, *(p.name for p in parameters))
+    strengths = [p.name for p in parameters if not (p.shape or p.fixed)]
+    results = dict[tuple[int, int], Tree]()
     for row, text in rows.items():
-        if at_zero and moves and row >= words.RATES:
-            continue
         value = definitions.value(names[row], text)
-        by = [*map(symbol, words.VARIABLES), *parameters]
-        slopes = {column: definitions.slope(value, variable) for column, variable in enumerate(by, start=1)}
+        slopes = {column: definitions.slope(value, by) for column, by in enumerate(columns) if column > 0}
         if moves and row < words.RATES:
-            _refuse_accelerations(definitions, f"{effect.key}: {names[row]}", row, slopes.items())
+            _refuse_accelerations(definitions, f"{effect.key}: {names[row]}", row, slopes)
         if moves and row == words.FRICTION:
             slopes = {}  # its torques have them
         if at_zero:
-            slopes = {column: e for column, e in slopes.items() if by[column - 1] in strengths}
-        results |= {(row, column): e for column, e in {0: value, **slopes}.items() if column == 0 or e != 0}
-    width = words.PARAMETERS + len(parameters)
-    inputs = {symbol(n): f"z[{k}]" for k, n in enumerate(words.INPUTS)}
-    inputs |= {p: f"p[{k}]" for k, p in enumerate(parameters)}
-    columns = ("value", *words.VARIABLES, *(p.name for p in effect.parameters))
+            slopes = {column: tree for column, tree in slopes.items() if columns[column] in strengths}
+        results |= {(row, column): tree for column, tree in slopes.items() if as_number(tree) != 0.0} | {
+            (row, 0): value
+        }
     results, needed = definitions.given(results, dict.fromkeys(strengths, 0) if at_zero else {})
-    lines = _body(needed, results.values(), inputs)
-    for (row, column), expression in results.items():
-        if at_zero and expression == 0:
+    inputs = {name: f"z[{k}]" for k, name in enumerate(words.INPUTS)}
+    inputs |= {p.name: f"p[{k}]" for k, p in enumerate(parameters)}
+    lines, width = _body(needed, results.values(), inputs), words.PARAMETERS + len(parameters)
+    for (row, column), tree in sorted(results.items(), key=lambda item: item[0]):
+        if at_zero and as_number(tree) == 0.0:
             continue
         what = names[row] if column == 0 else f"{names[row]} by {columns[column]}"
         is_shared = moves and row in words.SUMS and columns[column] not in words.OWN and column < words.PARAMETERS
         of_sums = words.SUMS.index(row) * words.PARAMETERS + column if is_shared else 0
         place = f"sums[{of_sums}] +" if is_shared else f"rows[{row * width + column}] "
-        lines.append(f"{place}= {_print(expression)}  # {what}")
+        lines.append(f"{place}= {ast.unparse(tree)}  # {what}")
     return _function(function, "z, p, sums, rows", effect.formula, lines)
 
 
-def _refuse_accelerations(
-    definitions: Definitions, what: str, row: int, slopes: Iterable[tuple[int, Expression]]
-) -> None:
+def _refuse_accelerations(definitions: Definitions, what: str, row: int, slopes: Mapping[int, Tree]) -> None:
     """Refuse a law that is not linear in the accelerations, or a friction that depends on them at all."""
-    by = [symbol(name) for name in words.ACCELERATIONS]
-    for column, slope in slopes:
-        if words.VARIABLES[column - 1 : column] and words.VARIABLES[column - 1] in words.ACCELERATIONS and slope != 0:
-            if row == words.FRICTION:
-                raise OptionError(f"{what} depends on accelerations; free1 and free2, by the paper's model, are known")
-            if any(definitions.slope(slope, other) != 0 for other in by):
-                raise OptionError(f"{what} is not linear in the accelerations, so that no equation of motion follows")
+    for name in words.ACCELERATIONS:
+        slope = slopes[1 + words.VARIABLES.index(name)]
+        if row == words.FRICTION and as_number(slope) != 0.0:
+            raise OptionError(f"{what} depends on accelerations; free1 and free2, by the paper's model, are known")
+        if any(as_number(definitions.slope(slope, other)) != 0.0 for other in words.ACCELERATIONS):
+            raise OptionError(f"{what} is not linear in the accelerations, so that no equation of motion follows")
 
 
-def _body(
-    needed: Mapping[Symbol, Expression], results: Iterable[Expression], inputs: Mapping[Symbol, str]
-) -> list[str]:
+def _body(needed: Mapping[str, Tree], results: Iterable[Tree], inputs: Mapping[str, str]) -> list[str]:
     """Return the lines that compute what results are made of, which need some definitions."""
-    results = list(results)
-    used = {s for e in (*results, *needed.values()) for s in e.free_symbols}
+    used = set[str]().union(*(names_in(tree) for tree in (*results, *needed.values())))
     lines = [f"{name} = {text}" for name, text in inputs.items() if name in used]
-    return lines + [f"{name} = {_print(expression)}" for name, expression in needed.items()]
+    return lines + [f"{name} = {ast.unparse(tree)}" for name, tree in needed.items()]
 
 
 def _function(name: str, arguments: str, doc: str, lines: Sequence[str]) -> str:
@@ -193,13 +135,14 @@ def _function(name: str, arguments: str, doc: str, lines: Sequence[str]) -> str:
     return f'def {name}({arguments}):\n    """{doc}"""\n{body}'
 
 
-def _pushes() -> str:
-    """Return the function of the paper's torques without inertia, and of its inertia beside the diagonal."""
+def paper_text() -> str:
+    """Return the function of the paper's torques without inertia, and its inertia beside the diagonal; its slopes."""
     definitions = Definitions("the equations of motion")
-    alphas = [symbol(name) for name in words.ACCELERATIONS[:2]]
-    left = [definitions.expression("torque", text) for text in words.PAPER]
-    pushes = [part.subs(dict.fromkeys(alphas, 0)) for part in left]
-    results = [*pushes, -sympy.diff(left[0], alphas[1])]
-    lines = _body(definitions.needed(results), results, {})
-    lines.append(f"return {', '.join(map(_print, results))}")
-    return _function("pushes", ", ".join(_PAPER_INPUTS), "Torques on the rods, and the inertia between them.", lines)
+    left = [definitions.value("torque", text) for text in words.PAPER]
+    inertia = negative(definitions.slope(left[0], "alpha2"))
+    results, needed = definitions.given(dict(enumerate((*left, inertia))), dict.fromkeys(("alpha1", "alpha2"), 0))
+    lines = _body(needed, results.values(), {})
+    lines.append(f"return {', '.join(map(ast.unparse, results.values()))}")
+    doc = "Torques on the rods, and the inertia between them."
+    pushes = _function("pushes", ", ".join(_PAPER_INPUTS), doc, lines)
+    return f"{pushes}\n\n{_law('slopes_of_paper', _PAPER, rows_of(_PAPER, MOTION), MOTION)}"

@@ -17,17 +17,29 @@ from llvmlite import ir
 from cdp_ident.machine.compilation import OF_LAW, Addresses, compiled_at, inlined
 from cdp_ident.model.effects.catalogue import WRITTEN
 from cdp_ident.model.effects.effect import Effect
-from cdp_ident.model.formulas.generated import Generated, module_of
+from cdp_ident.model.formulas.algebra import as_number, function_of
+from cdp_ident.model.formulas.code import (
+    MOTION,
+    MOTION_AT_ZERO,
+    READING,
+    READING_AT_ZERO,
+    name_of,
+    paper_text,
+    rows_of,
+    text_of,
+)
 
 _NUMBER, _PLACE = ir.DoubleType(), ir.IntType(64)
 _NUMBERS = _NUMBER.as_pointer()
 _FAST = ("fast",)
 _INTRINSICS = {name: f"llvm.{name}" for name in ("sin", "cos", "exp", "log", "sqrt")} | {"abs": "llvm.fabs"}
-_OF_C = ("tan", "atan", "tanh")
-_COMPARISONS: dict[type[ast.cmpop], str] = {ast.Gt: ">", ast.Lt: "<", ast.GtE: ">="}
+_OF_C = {name: name for name in ("tan", "atan", "tanh")}
+_POWERS = (1.0, 2.0, 3.0, 4.0)
+"""Whole powers that are products."""
 
-_CATALOGUE = module_of(WRITTEN, paper=True)
-pushes, slopes_of_paper = inlined(_CATALOGUE.pushes), inlined(_CATALOGUE.slopes_of_paper)
+_paper: dict[str, Any] = {"__name__": __name__}
+exec(compile(paper_text(), "<the equations of motion>", "exec"), _paper)
+pushes, slopes_of_paper = (inlined(_paper[name]) for name in ("pushes", "slopes_of_paper"))
 """The paper's equations, and their derivatives; see `code`."""
 
 
@@ -36,26 +48,28 @@ def motion_law(effect: Effect, is_zero: bool = False) -> int:
 
     Of no strength it does nothing either, and there are only derivatives by its strengths.
     """
-    return _address(effect, "MOTION_AT_ZERO" if is_zero and effect.known_at_zero and not effect.curve else "MOTION")
+    return _address(effect, MOTION_AT_ZERO if is_zero and effect.known_at_zero and not effect.curve else MOTION)
 
 
 def reading_law(effect: Effect, is_zero: bool = False) -> int:
     """Return the address of what it does to readings, likewise."""
-    return _address(effect, "READING_AT_ZERO" if is_zero and effect.known_at_zero else "READING")
+    return _address(effect, READING_AT_ZERO if is_zero and effect.known_at_zero else READING)
 
 
 @cache
 def _address(effect: Effect, table: str) -> int:
-    if effect.curve is not None:
-        return compiled_at(effect.curve.law, OF_LAW) if effect.curve.law and table == "MOTION" else 0
-    module = _CATALOGUE if effect.key in _CATALOGUE.KEYS else module_of((effect,), paper=False)
-    function = getattr(module, table).get(effect.key)
-    return 0 if function is None else _machine_code(module).of(function.__name__)
+    if effect.curve is not None and table == MOTION:
+        return compiled_at(effect.curve.law, OF_LAW) if effect.curve.law else 0
+    if not rows_of(effect, table):
+        return 0
+    return _machine_code(WRITTEN if effect in WRITTEN else (effect,)).of(name_of(effect, table))
 
 
 @cache
-def _machine_code(module: Generated) -> Addresses:
-    return laws_in(module.text)
+def _machine_code(effects: tuple[Effect, ...]) -> Addresses:
+    """Return the laws of effects as machine code; it is that of their formulas, and of our sources."""
+    made_of = [(name_of(one, ""), one.law, one.joint, [p.name for p in one.parameters]) for one in effects]
+    return Addresses(repr(made_of), lambda: _module_of(text_of(effects)))
 
 
 def laws_in(text: str) -> Addresses:
@@ -113,24 +127,33 @@ class _Function:
             return build.load(self._element(node))
         if isinstance(node, ast.UnaryOp):
             return build.fneg(self._value(node.operand), flags=_FAST)
-        if isinstance(node, ast.IfExp):
-            return build.select(self._condition(node.test), self._value(node.body), self._value(node.orelse))
         if isinstance(node, ast.BinOp):
+            return self._combined(node)
+        assert isinstance(node, ast.Call)
+        name, argument = function_of(node), self._value(node.args[0])
+        if name == "step":
+            return self._where(">=", argument)
+        if name == "sign":
+            return build.fsub(self._where(">", argument), self._where("<", argument), flags=_FAST)
+        return self._call((_INTRINSICS | _OF_C)[name], argument)
+
+    def _combined(self, node: ast.BinOp) -> Any:
+        build, left, power = self._builder, self._value(node.left), as_number(node.right)
+        if not isinstance(node.op, ast.Pow):
             operations: dict[type[ast.operator], Callable[..., Any]] = {
                 ast.Add: build.fadd, ast.Sub: build.fsub, ast.Mult: build.fmul, ast.Div: build.fdiv,
             }  # fmt: skip
-            left, right = self._value(node.left), self._value(node.right)
-            if isinstance(node.op, ast.Pow):
-                return self._call("llvm.pow", left, right)
-            return operations[type(node.op)](left, right, flags=_FAST)
-        assert isinstance(node, ast.Call)
-        assert isinstance(node.func, ast.Name)
-        return self._call(_INTRINSICS.get(node.func.id, node.func.id), self._value(node.args[0]))
+            return operations[type(node.op)](left, self._value(node.right), flags=_FAST)
+        if power is None or abs(power) not in _POWERS:
+            return self._call("llvm.pow", left, self._value(node.right))
+        product = left
+        for _ in range(int(abs(power)) - 1):
+            product = build.fmul(product, left, flags=_FAST)
+        return product if power > 0.0 else build.fdiv(_NUMBER(1.0), product, flags=_FAST)
 
-    def _condition(self, node: ast.expr) -> Any:
-        assert isinstance(node, ast.Compare)
-        sign = _COMPARISONS[type(node.ops[0])]
-        return self._builder.fcmp_ordered(sign, self._value(node.left), self._value(node.comparators[0]))
+    def _where(self, sign: str, value: Any) -> Any:
+        """Return 1 where a number is on a side of zero, and else 0."""
+        return self._builder.select(self._builder.fcmp_ordered(sign, value, _NUMBER(0.0)), _NUMBER(1.0), _NUMBER(0.0))
 
     def _call(self, name: str, *values: Any) -> Any:
         if name in _OF_C:

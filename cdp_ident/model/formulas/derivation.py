@@ -1,65 +1,72 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Formulas with their derivatives, as a list of definitions that compiled code computes one after the other.
+"""Formulas as short definitions, one after the other, with their derivatives.
 
-Each definition is short, and each derivative is that of a definition by those before it (forward differentiation:
-Griewank and Walther, Evaluating Derivatives, 2008), so that nothing grows and the code can be read. Needs sympy, which
-only making code does.
+Each derivative is that of a definition by those before it (forward differentiation: Griewank and Walther, Evaluating
+Derivatives, 2008), so that nothing grows and the code can be read.
 """
 
 import ast
-from collections.abc import Iterable, Mapping
-from typing import Any, TypeAlias, TypeVar
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TypeVar
 
 import numpy as np
-import sympy
 
 from cdp_ident.errors import OptionError
-from cdp_ident.model.formulas.language import DERIVED, FREE, FUNCTIONS, GIVEN, OF_JOINT, OPERATORS, PAPER, VARIABLES
-from cdp_ident.model.formulas.syntax import Tree, parse
+from cdp_ident.model.formulas.algebra import (
+    Tree,
+    applied,
+    as_number,
+    combined,
+    function_of,
+    names_in,
+    negative,
+    number,
+    rebuilt,
+)
+from cdp_ident.model.formulas.language import DERIVED, FREE, GIVEN, OF_JOINT, PAPER, STATE, VARIABLES
+from cdp_ident.model.formulas.syntax import parse, tree_of
 
-Symbol: TypeAlias = Any
-Expression: TypeAlias = Any
-"""Of sympy, which has no types."""
 Key = TypeVar("Key")
 
-_FUNCTIONS = {
-    "sin": sympy.sin, "cos": sympy.cos, "tan": sympy.tan, "atan": sympy.atan, "tanh": sympy.tanh, "exp": sympy.exp,
-    "log": sympy.log, "sqrt": sympy.sqrt, "abs": sympy.Abs, "sign": sympy.sign,
-    "step": lambda x: sympy.Heaviside(x, 1),
+_SLOPES = {
+    "sin": "cos(x)", "cos": "-sin(x)", "tan": "1 + tan(x)^2", "atan": "1/(1 + x^2)", "tanh": "1 - tanh(x)^2",
+    "exp": "exp(x)", "log": "1/x", "sqrt": "1/(2*sqrt(x))", "abs": "sign(x)", "sign": "0", "step": "0",
 }  # fmt: skip
-assert tuple(_FUNCTIONS) == FUNCTIONS
+"""The derivative of each function, without the impulses where an absolute value, a sign or a step has its kink."""
+_CIRCULAR = {
+    "sin(theta1)": "sin1", "cos(theta1)": "cos1", "sin(theta2)": "sin2", "cos(theta2)": "cos2",
+    "sin(theta1 - theta2)": "sin12", "cos(theta1 - theta2)": "cos12", "sin(theta2 - theta1)": "-sin12",
+    "cos(theta2 - theta1)": "cos12", "sin(theta1 - pi)": "-sin1", "cos(theta1 - pi)": "-cos1",
+}  # fmt: skip
+"""Sines and cosines that have names already."""
+_TURNED = {
+    "sin1": "cos1*theta1", "cos1": "-sin1*theta1", "sin2": "cos2*theta2", "cos2": "-sin2*theta2",
+    "sin12": "cos12*(theta1 - theta2)", "cos12": "-sin12*(theta1 - theta2)",
+}  # fmt: skip
+"""How each of them changes where the angles do."""
+_MOTION = {"theta1": "omega1", "theta2": "omega2", "omega1": "free1", "omega2": "free2", "t": "1"}
+"""Rates of change along the motion of the paper's model, its cart at rest."""
+_TIME = "time along the motion"
+"""What stands for it where others are differentiated by a name."""
 _POINTS = 4
 """Points of a mean: Gauss and Legendre's rule is exact for polynomials of seventh degree."""
 
 
-def symbol(name: str) -> Symbol:
-    """Return a name as a symbol, which is a real number."""
-    return sympy.Symbol(name, real=True)
-
-
 class Definitions:
-    """Names with their expressions, in an order in which each uses only those before it."""
+    """Names with their formulas, in an order in which each uses only those before it."""
 
     def __init__(self, where: str, joint: str = "") -> None:
         """Begin with what every formula may use; `joint` is that of the law, `where` is for messages."""
         self._where = where
         self._texts = {**DERIVED, **OF_JOINT.get(joint, {})}
-        self._inputs = {symbol(name) for name in (*VARIABLES, *GIVEN)}
-        self._of: dict[Symbol, Expression] = {}
-        self._slopes: dict[tuple[Symbol, Symbol], Expression] = {}
-        self._rates: dict[Symbol, Expression] = {}
-        self._theta1, self._theta2 = symbol("theta1"), symbol("theta2")
-        s1, c1, s2, c2, s12, c12 = (symbol(name) for name in ("sin1", "cos1", "sin2", "cos2", "sin12", "cos12"))
-        self._circular: dict[Symbol, dict[Symbol, Expression]] = {
-            s1: {self._theta1: c1}, c1: {self._theta1: -s1}, s2: {self._theta2: c2}, c2: {self._theta2: -s2},
-            s12: {self._theta1: c12, self._theta2: -c12}, c12: {self._theta1: -s12, self._theta2: s12},
-        }  # fmt: skip
-        self._names = {name: symbol(name) for name in (*VARIABLES, *GIVEN)}
+        self._inputs = {*VARIABLES, *GIVEN, "pi"}
+        self._of: dict[str, Tree] = {}
+        self._slopes: dict[tuple[str, str], Tree] = {}
+        self._names: dict[str, Tree] = {name: ast.Name(name) for name in self._inputs}
         if joint in OF_JOINT:
-            self._names["direction"] = symbol(f"direction_{joint}")
-        self._names["pi"] = sympy.pi
-        self._by_function: dict[Expression, Symbol] = {}
+            self._names["direction"] = ast.Name(f"direction_{joint}")
+        self._by_function: dict[str, Tree] = {}
 
     @property
     def names(self) -> set[str]:
@@ -68,181 +75,168 @@ class Definitions:
 
     def add_input(self, name: str, stands_for: str = "") -> None:
         """Let formulas use one more input, by another name if it has one."""
-        self._names[name] = symbol(stands_for or name)
-        self._inputs.add(self._names[name])
+        self._names[name] = ast.Name(stands_for or name)
+        self._inputs.add(stands_for or name)
 
     def add(self, name: str, text: str) -> None:
         """Let formulas use a name that stands for a formula, which may use the variable of a mean around it."""
         self._texts[name] = text
 
-    def expression(self, what: str, text: str) -> Expression:
-        """Return a formula as an expression; `what` it is, is for messages."""
-        return self._expression(parse(text, self.names, f"{self._where}: {what}"))
+    def value(self, what: str, text: str) -> Tree:
+        """Return a formula as a definition of its own, named by `what` it is."""
+        try:
+            tree = self._expression(parse(text, self.names, f"{self._where}: {what}"))
+        except (ArithmeticError, ValueError):
+            raise OptionError(f"{self._where}: {what} is no number for any motion: what is divided by?") from None
+        return self._define(what.replace(" ", "_"), tree)
 
-    def value(self, what: str, text: str) -> Expression:
-        """Return the same as a definition of its own, named by `what` it is."""
-        return self._define(what.replace(" ", "_"), self.expression(what, text))
+    def _expression(self, tree: Tree) -> Tree:
+        """Return a formula in inputs, names of definitions, and numbers."""
+        return rebuilt(tree, self._named, self._called)
 
-    def _expression(self, tree: Tree) -> Expression:
-        if isinstance(tree, ast.Constant):
-            assert isinstance(tree.value, int | float)
-            return sympy.Integer(tree.value) if isinstance(tree.value, int) else sympy.Float(tree.value)
-        if isinstance(tree, ast.Name):
-            return self._named(tree.id)
-        if isinstance(tree, ast.UnaryOp):
-            operand = self._expression(tree.operand)
-            return -operand if isinstance(tree.op, ast.USub) else operand
-        if isinstance(tree, ast.BinOp):
-            left, right = self._expression(tree.left), self._expression(tree.right)
-            if isinstance(tree.op, ast.Pow):
-                return left**right
-            if isinstance(tree.op, ast.Mult | ast.Div):
-                return left * right if isinstance(tree.op, ast.Mult) else left / right
-            return left + right if isinstance(tree.op, ast.Add) else left - right
-        assert isinstance(tree, ast.Call)
-        assert isinstance(tree.func, ast.Name)
-        if tree.func.id in OPERATORS:
-            return self._mean(*tree.args) if tree.func.id == "mean" else self._rate(self._expression(tree.args[0]))
-        return self._function(_FUNCTIONS[tree.func.id](self._expression(tree.args[0])))
-
-    def _named(self, name: str) -> Expression:
+    def _named(self, name: str) -> Tree:
         if name in FREE and name not in self._names:
             self._add_free_motion()
         if name not in self._names:
             self._names[name] = self._define(name, self._expression(parse(self._texts[name], self.names, name)))
         return self._names[name]
 
-    def _function(self, value: Expression) -> Expression:
+    def _called(self, name: str, arguments: Sequence[Tree]) -> Tree:
+        if name == "mean":
+            return self._mean(*arguments)
+        argument = self._expression(arguments[0])
+        return self.slope(argument, _TIME) if name == "rate" else self._function(name, argument)
+
+    def _function(self, name: str, argument: Tree) -> Tree:
         """Return a function's value as a name of its own; that of an angle of the rods has one already."""
-        if not isinstance(value, sympy.Function):
-            return value
-        angle, circular = value.args[0], isinstance(value, sympy.sin | sympy.cos)
-        if circular and angle in (self._theta1, self._theta2):
-            return symbol(f"{value.func.__name__}{1 if angle == self._theta1 else 2}")
-        if circular and angle == self._theta1 - self._theta2:
-            return self._between_rods(value.func.__name__)
-        if value not in self._by_function:
-            name = f"{type(value).__name__.lower()}_{len(self._by_function) + 1}"
-            self._by_function[value] = self._define(name, value)
-        return self._by_function[value]
+        tree = applied(name, argument)
+        text = ast.unparse(tree)
+        if text in _CIRCULAR:
+            return self._expression(tree_of(_CIRCULAR[text]))
+        if text not in self._by_function:
+            self._by_function[text] = self._define(f"{name}_{len(self._by_function) + 1}", tree)
+        return self._by_function[text]
 
-    def _between_rods(self, name: str) -> Expression:
-        """Return sine or cosine of theta1 - theta2, by those of both angles."""
-        s12, c12 = symbol("sin12"), symbol("cos12")
-        if s12 not in self._of:
-            (s1, c1), (s2, c2) = ((symbol(f"sin{k}"), symbol(f"cos{k}")) for k in "12")
-            self._of |= {s12: s1 * c2 - c1 * s2, c12: c1 * c2 + s1 * s2}
-        return s12 if name == "sin" else c12
+    def _put(self, text: str, parts: Mapping[str, Tree]) -> Tree:
+        """Return a formula of inputs and of parts that have names in it."""
 
-    def _mean(self, of: Tree, over: Tree) -> Expression:
+        def called(name: str, arguments: Sequence[Tree]) -> Tree:
+            return self._function(name, rebuilt(arguments[0], named, called))
+
+        def named(name: str) -> Tree:
+            return parts.get(name) or ast.Name(name)
+
+        return rebuilt(tree_of(text), named, called)
+
+    def _mean(self, of: Tree, over: Tree) -> Tree:
         assert isinstance(over, ast.Name)
-        before, total = self._names, sympy.Integer(0)
+        before, total = self._names, number(0.0)
         for place, weight in zip(*np.polynomial.legendre.leggauss(_POINTS), strict=True):
-            self._names = {**before, over.id: sympy.Float(0.5 * (place + 1.0))}
-            total += sympy.Float(0.5 * weight) * self._expression(of)
+            self._names = {**before, over.id: number(0.5 * (place + 1.0))}
+            part = combined(ast.Mult, number(0.5 * weight), self._expression(of))
+            total = combined(ast.Add, total, part)
         self._names = before
         return total
 
-    def _rate(self, expression: Expression) -> Expression:
-        """Return the rate of change along the motion of the paper's model."""
-        total = sympy.Integer(0)
-        for part in sorted(expression.free_symbols, key=lambda one: one.name):
-            total += _smooth(sympy.diff(expression, part)) * self._rate_of(part)
-        return total
-
-    def _rate_of(self, part: Symbol) -> Expression:
-        if part not in self._rates:
-            rates = {"theta1": "omega1", "theta2": "omega2", "omega1": "free1", "omega2": "free2"}
-            if part.name == "t":
-                self._rates[part] = sympy.Integer(1)
-            elif part.name in rates:
-                self._rates[part] = self._named(rates[part.name])
-            elif part in self._circular:
-                self._rates[part] = sum(
-                    (slope * self._rate_of(angle) for angle, slope in self._circular[part].items()), sympy.Integer(0)
-                )
-            elif part in self._of:
-                self._rates[part] = self._define(f"{part.name}_rate", self._rate(self._of[part]))
-            else:
-                self._rates[part] = sympy.Integer(0)
-        return self._rates[part]
-
     def _add_free_motion(self) -> None:
         """Define the accelerations of the paper's model, its cart at rest, from the equations of motion."""
-        alphas = [symbol(name) for name in ("alpha1", "alpha2")]
-        still = dict.fromkeys(alphas, 0) | {symbol("u"): 0}
-        left = [self._expression(parse(text, self.names, "the equations of motion")) for text in PAPER]
-        n1, n2 = (self._define(f"push{k}", part.subs(still)) for k, part in enumerate(left, start=1))
-        m, inertia = self._define("m", -sympy.diff(left[0], alphas[1])), -sympy.diff(left[1], alphas[1])
-        inverse = self._define("inverse", 1 / (inertia - m**2))
-        self._names["free1"] = self._define("free1", inverse * (inertia * n1 - m * n2))
-        self._names["free2"] = self._define("free2", inverse * (n2 - m * n1))
+        left = [self._expression(tree_of(text)) for text in PAPER]
+        still = dict.fromkeys(("alpha1", "alpha2", "u"), number(0.0))
+        parts = {
+            "push1": _with(left[0], still), "push2": _with(left[1], still),
+            "m": negative(self.slope(left[0], "alpha2")), "inertia": negative(self.slope(left[1], "alpha2")),
+        }  # fmt: skip
+        parts = {name: self._define(name, tree) for name, tree in parts.items()}
+        parts["determinant"] = self._define("determinant", self._put("inertia - m^2", parts))
+        for name, text in (
+            ("free1", "(inertia*push1 - m*push2)/determinant"),
+            ("free2", "(push2 - m*push1)/determinant"),
+        ):
+            self._names[name] = self._define(name, self._put(text, parts))
 
-    def _define(self, name: str, expression: Expression) -> Expression:
-        """Return a new name for an expression, or itself where it is one name or number already."""
-        if expression.has(sympy.zoo, sympy.nan, sympy.oo, -sympy.oo, sympy.I):
-            what = name.replace("_", " ")
-            raise OptionError(f"{self._where}: {what} is no number for any motion: what is divided by?")
-        if expression.is_Number or expression.is_Symbol or (-expression).is_Symbol:
-            return expression
-        new = symbol(name)
-        while new in self._of or new in self._inputs:
-            new = symbol(f"{new.name}_")
-        self._of[new] = expression
-        return new
+    def _define(self, name: str, tree: Tree) -> Tree:
+        """Return a new name for a tree, or itself where it is one name or number already."""
+        if as_number(tree) is not None or isinstance(tree, ast.Name) or isinstance(negative(tree), ast.Name):
+            return tree
+        while name in self._of or name in self._inputs:
+            name += "_"
+        self._of[name] = tree
+        return ast.Name(name)
 
-    def slope(self, expression: Expression, by: Symbol) -> Expression:
-        """Return the derivative of an expression; those of definitions become definitions themselves."""
-        total = sympy.Integer(0)
-        for part in sorted(expression.free_symbols, key=lambda one: one.name):
-            inner = self._slope_of(part, by)
-            if inner != 0:
-                total += _smooth(sympy.diff(expression, part)) * inner
-        return total
+    def slope(self, tree: Tree, by: str, name: Tree | None = None) -> Tree:
+        """Return the derivative of a tree, which may have a name; those of definitions become definitions, too."""
+        if isinstance(tree, ast.Name):
+            return self._slope_of(tree.id, by)
+        if isinstance(tree, ast.UnaryOp):
+            return negative(self.slope(tree.operand, by))
+        if isinstance(tree, ast.Call):
+            (argument,) = tree.args
+            inner = self.slope(argument, by)
+            if as_number(inner) == 0.0:
+                return inner
+            return combined(ast.Mult, self._put(_SLOPES[function_of(tree)], {"x": argument}), inner)
+        if not isinstance(tree, ast.BinOp):
+            return number(0.0)
+        parts = {"f": tree.left, "g": tree.right, "f_": self.slope(tree.left, by), "g_": self.slope(tree.right, by)}
+        parts["it"] = name or tree
+        power = isinstance(tree.op, ast.Pow) and as_number(parts["g_"]) == 0.0
+        return self._put("g*f^(g - 1)*f_" if power else _RULES[type(tree.op)], parts)
 
-    def _slope_of(self, part: Symbol, by: Symbol) -> Expression:
-        if part == by:
-            return sympy.Integer(1)
-        if part in self._circular:
-            return self._circular[part].get(by, sympy.Integer(0))
-        if (part, by) not in self._slopes:
-            slope = self.slope(self._of[part], by) if part in self._of else sympy.Integer(0)
-            slope = sum((self._without_calls(term) for term in sympy.Add.make_args(slope)), start=sympy.Integer(0))
-            self._slopes[part, by] = self._define(f"{part.name}_by_{by.name}", slope)
-        return self._slopes[part, by]
+    def _slope_of(self, name: str, by: str) -> Tree:
+        if name == by:
+            return number(1.0)
+        if by == _TIME and name in _MOTION:
+            return self._expression(tree_of(_MOTION[name]))
+        if (name, by) not in self._slopes:
+            if name in _TURNED:
+                known = {word: self._named(word) for word in names_in(tree_of(_TURNED[name]))}
+                slope = self._put(_TURNED[name], known | {angle: self._slope_of(angle, by) for angle in STATE[:2]})
+            else:
+                slope = self.slope(self._of[name], by, ast.Name(name)) if name in self._of else number(0.0)
+            new = f"{name}_rate" if by == _TIME else f"{name}_by_{by}"
+            self._slopes[name, by] = slope if name in _TURNED else self._define(new, slope)
+        return self._slopes[name, by]
 
-    def _without_calls(self, expression: Expression) -> Expression:
-        """Return an expression with calls of functions replaced by their names, where these have one."""
-        return expression.xreplace(self._by_function)
-
-    def needed(self, results: Iterable[Expression]) -> dict[Symbol, Expression]:
+    def needed(self, results: Iterable[Tree]) -> dict[str, Tree]:
         """Return the definitions that some results need, in their order."""
         return _needed(self._of, results)
 
-    def given(
-        self, results: Mapping[Key, Expression], values: Mapping[Symbol, int]
-    ) -> tuple[dict[Key, Expression], dict[Symbol, Expression]]:
+    def given(self, results: Mapping[Key, Tree], values: Mapping[str, int]) -> tuple[dict[Key, Tree], dict[str, Tree]]:
         """Return results where some names have given values, and the definitions that they then need."""
-        known: dict[Symbol, Expression] = {name: sympy.Integer(value) for name, value in values.items()}
-        remaining: dict[Symbol, Expression] = {}
-        for name, expression in self.needed(results.values()).items():
-            simpler = expression.xreplace(known)
-            (known if simpler.is_Number else remaining)[name] = simpler
-        found = {key: expression.xreplace(known) for key, expression in results.items()}
+        known = {name: number(value) for name, value in values.items()}
+        remaining: dict[str, Tree] = {}
+        for name, tree in self.needed(results.values()).items():
+            simpler = _with(tree, known)
+            (remaining if as_number(simpler) is None else known)[name] = simpler
+        found = {key: _with(tree, known) for key, tree in results.items()}
         return found, _needed(remaining, found.values())
 
 
-def _needed(definitions: Mapping[Symbol, Expression], results: Iterable[Expression]) -> dict[Symbol, Expression]:
-    wanted: set[Symbol] = set()
-    missing = {s for result in results for s in result.free_symbols}
+_RULES = {
+    ast.Add: "f_ + g_", ast.Sub: "f_ - g_", ast.Mult: "f_*g + f*g_", ast.Div: "(f_ - it*g_)/g",
+    ast.Pow: "it*(g_*log(f) + g*f_/f)",
+}  # fmt: skip
+"""The derivative of each operation of f and g, whose derivatives are f_ and g_; `it` is what becomes of them."""
+
+
+def _with(tree: Tree, known: Mapping[str, Tree]) -> Tree:
+    """Return a tree with trees in the place of some names."""
+
+    def called(name: str, arguments: Sequence[Tree]) -> Tree:
+        return applied(name, rebuilt(arguments[0], named, called))
+
+    def named(name: str) -> Tree:
+        return known.get(name) or ast.Name(name)
+
+    return rebuilt(tree, named, called)
+
+
+def _needed(definitions: Mapping[str, Tree], results: Iterable[Tree]) -> dict[str, Tree]:
+    wanted: set[str] = set()
+    missing = {name for result in results for name in names_in(result)}
     while missing:
         one = missing.pop()
         if one in definitions and one not in wanted:
             wanted.add(one)
-            missing |= definitions[one].free_symbols
-    return {name: expression for name, expression in definitions.items() if name in wanted}
-
-
-def _smooth(expression: Expression) -> Expression:
-    """Return a derivative without the impulses where an absolute value, a sign or a step has its kink."""
-    return expression.replace(sympy.DiracDelta, lambda *_: sympy.Integer(0))
+            missing |= names_in(definitions[one])
+    return {name: tree for name, tree in definitions.items() if name in wanted}

@@ -42,8 +42,6 @@ INNER, OUTER, LATENESS = 0, 1, 2
 [s]."""
 READING_ROWS = 3
 
-FUNCTIONS = ("sin", "cos", "tan", "atan", "tanh", "exp", "log", "sqrt", "abs", "sign", "step")
-"""`step(x)` is 1 from zero on, and 0 before."""
 OPERATORS = {
     "mean": "the mean of an expression over a variable from 0 to 1: mean(expression, variable)",
     "rate": "the rate of change of an expression along the motion of the paper's model, its cart at rest",
@@ -67,14 +65,16 @@ OF_JOINT = {
 }
 """A joint's own angle, speed and acceleration, its motor's torque and the rate of that."""
 DERIVED = {
+    "sin12": "sin1*cos2 - cos1*sin2",
+    "cos12": "cos1*cos2 + sin1*sin2",
     "m2_l2": "A23/L",
     "pull": "a1*(cos(theta1)*alpha1 - sin(theta1)*omega1^2) + m2_l2*(cos(theta2)*alpha2 - sin(theta2)*omega2^2)",
 }
-"""The outer rod's moment and the horizontal force with which the rods pull at the cart, over A22 and without
-weights."""
+"""Sine and cosine of theta1 - theta2; the outer rod's moment and the horizontal force with which the rods pull at the
+cart, over A22 and without weights."""
 FREE = ("free1", "free2")
 """The rods' accelerations by the paper's model, its cart at rest."""
-MASSES = dict.fromkeys(("A23", "A33", "a1", "c1", "c2", "carried", *DERIVED), 1)
+MASSES = dict.fromkeys(("A23", "A33", "a1", "c1", "c2", "carried", "m2_l2", "pull"), 1)
 """How often the units of words have a mass, where they have one."""
 
 

@@ -5,15 +5,23 @@
 import ast
 import difflib
 import math
-import operator
 import threading
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from itertools import accumulate
 
 from cdp_ident.errors import OptionError
-from cdp_ident.model.formulas.language import FUNCTIONS, OPERATORS
-
-Tree = ast.expr
+from cdp_ident.model.formulas.algebra import (
+    FUNCTIONS,
+    OPERATIONS,
+    Tree,
+    applied,
+    as_number,
+    function_of,
+    names_in,
+    number,
+    rebuilt,
+)
+from cdp_ident.model.formulas.language import OPERATORS
 
 _LONGEST = 2000
 """Characters of a formula, at most."""
@@ -44,7 +52,7 @@ def parse(text: str, names: Collection[str], where: str) -> Tree:
     if _depth(text) > _DEEPEST:
         raise OptionError(f"{where}: more than {_DEEPEST} brackets in each other")
     try:
-        tree = _tree(text)
+        tree = tree_of(text)
     except (SyntaxError, ValueError, MemoryError, RecursionError) as error:
         place = _place(text, (getattr(error, "offset", None) or 1) - 1)
         raise _at(where, text, place, "this is no formula") from None
@@ -55,7 +63,8 @@ def parse(text: str, names: Collection[str], where: str) -> Tree:
     return tree
 
 
-def _tree(text: str) -> Tree:
+def tree_of(text: str) -> Tree:
+    """Return the syntax tree of a formula that has passed `parse`, or that is our own."""
     with _ONE_AT_A_TIME:
         return ast.parse(" ".join(text.split()).replace("^", "**"), mode="eval").body
 
@@ -96,7 +105,7 @@ class _Check(ast.NodeVisitor):
         raise self._error(node, "this is no arithmetic")
 
     def visit_BinOp(self, node: ast.BinOp) -> None:
-        if not isinstance(node.op, tuple(_OPERATIONS)):
+        if not isinstance(node.op, tuple(OPERATIONS)):
             raise self._error(node, f"the operator {type(node.op).__name__} is not known; + - * / ^ are")
         self.visit(node.left)
         self.visit(node.right)
@@ -118,7 +127,7 @@ class _Check(ast.NodeVisitor):
             raise self._error(node, f"{node.id} is not known{_nearest(node.id, self._names)}")
 
     def visit_Call(self, node: ast.Call) -> None:
-        name = _called(node)
+        name = function_of(node)
         if name not in (*FUNCTIONS, *OPERATORS):
             known = {*FUNCTIONS, *OPERATORS}
             raise self._error(node, f"the function {name or 'here'} is not known{_nearest(name, known)}")
@@ -132,7 +141,7 @@ class _Check(ast.NodeVisitor):
             _Check(self._names | {variable.id}, self._where, self._text).visit(node.args[0])
         else:
             self.visit(node.args[0])
-        within = [called for called in map(_called, ast.walk(node)) if called == name]
+        within = [one for one in map(function_of, ast.walk(node)) if one == name]
         if name in OPERATORS and len(within) > _MOST_WITHIN[name]:
             raise self._error(node, f"more than {_MOST_WITHIN[name]} times {name} within each other")
         self._check_number(node)
@@ -160,42 +169,21 @@ def _nearest(name: str, known: Collection[str]) -> str:
 
 def names_used(texts: Iterable[str]) -> set[str]:
     """Return the names that formulas use, functions aside."""
-    found = set[str]()
-    for text in texts:
-        nodes = list(ast.walk(_tree(text)))
-        called = {id(node.func) for node in nodes if isinstance(node, ast.Call)}
-        found |= {node.id for node in nodes if isinstance(node, ast.Name) and id(node) not in called}
-    return found
+    return set[str]().union(*(names_in(tree_of(text)) for text in texts))
 
 
 def evaluated(text: str, values: Mapping[str, float]) -> float:
     """Return what a formula of given numbers is; it has passed `parse`, and has no mean or rate."""
-    return _value(_tree(text), values)
+    return _value(tree_of(text), values)
 
 
-def _value(node: ast.AST, values: Mapping[str, float]) -> float:
-    if isinstance(node, ast.Constant):
-        return float(node.value)  # type: ignore[arg-type]
-    if isinstance(node, ast.Name):
-        return math.pi if node.id == "pi" else values[node.id]
-    if isinstance(node, ast.UnaryOp):
-        return -_value(node.operand, values) if isinstance(node.op, ast.USub) else _value(node.operand, values)
-    if isinstance(node, ast.BinOp):
-        return float(_OPERATIONS[type(node.op)](_value(node.left, values), _value(node.right, values)))
-    assert isinstance(node, ast.Call)
-    return _BY_NAME[_called(node)](_value(node.args[0], values))
+def _value(tree: Tree, values: Mapping[str, float]) -> float:
+    def named(name: str) -> Tree:
+        return number(math.pi if name == "pi" else values[name])
 
+    def called(name: str, arguments: Sequence[Tree]) -> Tree:
+        return applied(name, rebuilt(arguments[0], named, called))
 
-def _called(node: ast.AST) -> str:
-    """Return the name of the function that a part calls, if it calls one."""
-    return node.func.id if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) else ""
-
-
-_OPERATIONS: dict[type[ast.operator], Callable[[float, float], float]] = {
-    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
-    ast.Pow: math.pow,
-}  # fmt: skip
-_BY_NAME: dict[str, Callable[[float], float]] = {
-    **{name: getattr(math, name) for name in FUNCTIONS if hasattr(math, name)},
-    "abs": abs, "sign": lambda x: math.copysign(1.0, x) if x else 0.0, "step": lambda x: float(x >= 0.0),
-}  # fmt: skip
+    value = as_number(rebuilt(tree, named, called))
+    assert value is not None
+    return value

@@ -16,9 +16,10 @@ import pytest
 from cdp_ident.errors import OptionError
 from cdp_ident.machine import compilation
 from cdp_ident.model.acting import ActingEffects
-from cdp_ident.model.effects.catalogue import CATALOGUE
+from cdp_ident.model.effects.catalogue import CATALOGUE, WRITTEN
 from cdp_ident.model.effects.effect import Effect, EffectParameter, Law, State
-from cdp_ident.model.formulas.compiled import _CATALOGUE as LAWS
+from cdp_ident.model.formulas.algebra import FUNCTIONS
+from cdp_ident.model.formulas.code import text_of
 from cdp_ident.model.formulas.compiled import laws_in, motion_law, reading_law
 from cdp_ident.model.formulas.language import INPUTS, PARAMETERS
 from cdp_ident.model.motions import InitialValueProblem, motions, simulate
@@ -117,19 +118,16 @@ def test_a_law_that_is_none_is_refused_when_it_is_compiled(law, message):
         moved(own(law, "size"), [0.1])
 
 
-FUNCTIONS = [
-    name for name, function in inspect.getmembers(LAWS, inspect.isfunction)
-    if list(inspect.signature(function).parameters)[:2] == ["z", "p"]
-]  # fmt: skip
+LAWS = text_of(WRITTEN)
+SCOPE = {**FUNCTIONS, "pi": np.pi}
+exec(LAWS, SCOPE)
 EVERYTHING = """
-from math import *
-
 def everything(z, p, sums, rows):
     a = z[0]
     rows[0] = sin(a) + cos(a) + tan(a) + atan(a) + tanh(a) + exp(a) + log(a) + sqrt(a) + abs(-a) + pi
-    rows[1] = (1.0 if a > 1.0 else 0.0) - (1.0 if a < 1.0 else 0.0)
-    rows[2] = (1.0 if a >= z[0] else 0.0)
-    rows[3] = a**2.5 - a/3.0 - (a*a*a)
+    rows[1] = sign(a - 1)
+    rows[2] = step(a - 1.0)
+    rows[3] = a**2.5 - a/3 - a**3 + a**-2
     rows[4] += -a
     sums[0] += p[0]
 """
@@ -150,19 +148,21 @@ def both(function, address, z, p):
     return found
 
 
-@pytest.mark.parametrize("name", FUNCTIONS)
+@pytest.mark.parametrize(
+    "name", [name for name, law in SCOPE.items() if inspect.isfunction(law) and name not in FUNCTIONS]
+)
 def test_every_law_of_the_catalogue_is_the_same_in_machine_code(name):
     rng = np.random.default_rng(1)
     for _ in range(3):
         z, p = rng.normal(size=len(INPUTS)), rng.uniform(0.1, 1.0, 4)
-        in_python, in_machine_code = both(getattr(LAWS, name), laws_in(LAWS.text).of(name), z, p)
+        in_python, in_machine_code = both(SCOPE[name], laws_in(LAWS).of(name), z, p)
         np.testing.assert_allclose(in_machine_code, in_python, rtol=1e-9, atol=1e-12)
 
 
 @pytest.mark.parametrize("at", [0.3, 1.0, 2.0])
 def test_every_word_of_laws_code_is_known(tmp_path, monkeypatch, at):
     monkeypatch.setattr(compilation, "_CACHE_FOLDER", str(tmp_path))
-    scope = {}
+    scope = {**SCOPE}
     exec(EVERYTHING, scope)
     found = both(scope["everything"], laws_in(EVERYTHING).of("everything"), np.array([at]), np.array([2.0]))
     np.testing.assert_allclose(found[1], found[0], rtol=1e-12)

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from cdp_ident.errors import OptionError
 from cdp_ident.model.effects.catalogue import NAMED
-from cdp_ident.model.formulas.language import FUNCTIONS, OPERATORS
+from cdp_ident.model.formulas.algebra import FUNCTIONS
+from cdp_ident.model.formulas.language import OPERATORS
 from cdp_ident.model.formulas.syntax import evaluated, names_used, parse
 
 NAMES = ("speed", "angle", "torque", "omega1", "pi")
