@@ -23,7 +23,7 @@ from cdp_ident.likelihood.sweeps import backwards, forwards
 from cdp_ident.likelihood.swing import Linearised, Swing
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.effects.effect import JOINTS, Effect, Joint
-from cdp_ident.model.layout import ROOM
+from cdp_ident.model.layout import most_directions
 
 _OVERFLOWS = 1e100
 """Sensitivities beyond this cannot be computed; what has them has no score."""
@@ -101,7 +101,7 @@ def _in_turns(
     found: WholeSwings, candidates: Sequence[tuple[ActiveEffect, Array]]
 ) -> Iterator[list[tuple[ActiveEffect, Array]]]:
     """Yield candidates for whose parameters together there is room; each that brings states of its own alone."""
-    most = ROOM - found.model.states - len(found.values)
+    most = most_directions(found.model.states) - found.model.states - len(found.values)
     some, room = list[tuple[ActiveEffect, Array]](), most
     for candidate, beginning in candidates:
         states, size = candidate.effect.states, int(np.sum(candidate.strengths))

@@ -111,21 +111,30 @@ class ActingEffects:
 def _laid_out(effects: tuple[Effect, ...], coefficients: tuple[int, ...], parameters: tuple[int, ...]) -> Laws:
     """Return the laws of effects, but for their code."""
     counts = [len(effect.parameters) for effect in effects]
-    owns = np.array([effect.states for effect in effects], dtype=np.int64)
-    lanes = np.full(len(COEFFICIENTS) + sum(counts), -1, dtype=np.int64)
+    owns = [effect.states for effect in effects]
+    values_at, own_at = _begins(counts), at.RODS_STATES + _begins(owns)
+    places = np.full(len(COEFFICIENTS) + sum(counts), -1, dtype=np.int64)
     directions = (*coefficients, *(len(COEFFICIENTS) + k for k in parameters))
-    lanes[list(directions)] = at.RODS_STATES + owns.sum() + np.arange(len(directions))
+    places[list(directions)] = 2 * (at.RODS_STATES + sum(owns)) + np.arange(len(directions))
+    shared = np.full(PARAMETERS, -1, dtype=np.int64)
+    shared[1 : 1 + at.RODS_STATES] = np.arange(at.RODS_STATES)
+    shared[at.BY_COEFFICIENT :] = places[: len(COEFFICIENTS)]
+    lanes: list[Indices] = [shared]
+    for first, count, own, states in zip(values_at + len(COEFFICIENTS), counts, own_at, owns, strict=True):
+        lanes.append(np.concatenate([shared, places[first : first + count]]))
+        lanes[-1][at.BY_OWN : at.BY_OWN + states] = own + np.arange(states)
     limits = [state.limit for effect in effects for state in effect.law.states]
     widths = np.array([PARAMETERS + count for count in counts], dtype=np.int64)
     rows_at = _begins((MOTION_ROWS + READING_ROWS) * widths)
     columns: dict[int, Sequence[int] | Indices] = {
         at.KIND: [_kind(effect) for effect in effects],
         at.JOINT: [_PLACES.index(effect.joint) for effect in effects],
-        at.VALUES_AT: _begins(counts),
+        at.VALUES_AT: values_at,
         at.WIDTH: widths,
+        at.LANES_AT: PARAMETERS + _begins(widths),
         at.ROWS_AT: rows_at,
         at.READS_AT: rows_at + MOTION_ROWS * widths,
-        at.OWN_AT: at.RODS_STATES + _begins(owns),
+        at.OWN_AT: own_at,
         at.OWNS: owns,
         at.RESOLVES: [next((k for k, p in enumerate(effect.parameters) if p.resolves), -1) for effect in effects],
         at.TURNS: [
@@ -136,7 +145,7 @@ def _laid_out(effects: tuple[Effect, ...], coefficients: tuple[int, ...], parame
     table = np.zeros((len(effects), at.LAW_COLUMNS), dtype=np.int64)
     for column, of_laws in columns.items():
         table[:, column] = of_laws
-    return Laws(table, lanes, np.array([np.inf] * at.RODS_STATES + limits))
+    return Laws(table, np.concatenate(lanes), np.array([np.inf] * at.RODS_STATES + limits))
 
 
 def _begins(lengths: Sequence[int] | Indices) -> Indices:

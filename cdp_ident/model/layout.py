@@ -26,19 +26,20 @@ BY_ALPHA1, BY_ALPHA2, BY_U, BY_OWN, BY_COEFFICIENT = (1 + place for place in (AL
 """Columns of what laws return with the derivatives by these, the coefficients and the law's parameters being last."""
 VECTOR = 8
 """So many directions of derivatives are carried together, in the widest vector registers."""
-ROOM = 296
-"""Room for directions: an odd number of cache lines, so that rows do not displace each other."""
+ROOM = 328
+"""Room for a row of derivatives, by the state and by directions: an odd number of cache lines, so that rows do not
+displace each other."""
 OUTER_LENGTH, CARRIED, VALUES = (len(COEFFICIENTS) + k for k in range(3))
 """What gives a motion: the coefficients, then the outer rod's length [m], the mass of weights on the rods over A22
 [1/m^2], and the parameters of all laws."""
 
-MOTION, READING, KIND, JOINT, VALUES_AT, WIDTH, ROWS_AT, READS_AT, OWN_AT, OWNS, RESOLVES, TURNS = range(12)
-LAW_COLUMNS = 12
+MOTION, READING, KIND, JOINT, VALUES_AT, WIDTH, LANES_AT, ROWS_AT, READS_AT, OWN_AT, OWNS, RESOLVES, TURNS = range(13)
+LAW_COLUMNS = 13
 """Of each law: the address of its compiled code that acts on the motion, and of that on readings, 0 for none; its kind;
 its joint (0 inner, 1 outer, 2 base); where its parameters begin among those of all laws; columns of its rows, and where
-those of the motion and those of readings begin; where its own states begin, and how many these are; which parameter is
-a speed or angle within which it changes, -1 for none; whether its joint's speed passes through zero between steps
-only."""
+their lanes, the rows of the motion and those of readings begin; where its own states begin, and how many these are;
+which parameter is a speed or angle within which it changes, -1 for none; whether its joint's speed passes through zero
+between steps only."""
 FRICTION_KIND, CART_KIND, ACCELERATED, WITHIN_ANGLE, OF_NO_STRENGTH, LATE, SHOWN = 1, 2, 4, 8, 16, 32, 64
 """Kinds, added up: dry friction, moves the cart's joint, depends on accelerations, changes within an angle, not a
 speed, has no strength, says how late an encoder is read, adds to what encoders show."""
@@ -48,9 +49,10 @@ class Laws(NamedTuple):
     """The laws of a model."""
 
     table: Indices
-    """(laws, 12) see `MOTION` and what follows."""
+    """(laws, 13) see `MOTION` and what follows."""
     lanes: Indices
-    """(7 + parameters,) direction of each coefficient and each parameter among the derivatives, -1 for none."""
+    """Place of each column of rows in a row of derivatives, by the n numbers of the state and then by directions, -1
+    for none: first of the columns that all laws share, then of each law's."""
     limits: Array
     """(states,) size at which a number of the state stays; infinite for most."""
 
@@ -60,11 +62,14 @@ BEGIN, HERE, END, TRIAL, READ, RATES_AT = range(6)
 beginning, at three stages, at the end, and where the state is read."""
 STAGES, RATES_READ = 5, RATES_AT + 5
 """Where a step's rates are computed: at its beginning, at three stages on the way, and at its end."""
-OLD, OLD_SLOPE, NEW, NEW_SLOPE, AT_READING, ACCELERATIONS_READ, OF_CART, DIRECT = range(8)
+OLD, OLD_SLOPE, NEW, NEW_SLOPE, AT_READING, RATES_BY = range(6)
 """Derivatives of the state by all directions: at a step's beginning and its end, and their slopes there, and where they
-are read; there, those of both rods' accelerations and of the cart's. Those of the cart's acceleration by the direction
-itself, in the first row. Then, for each of the stages, those of the rates by the direction itself."""
-ROWS_OF_SLOPES = DIRECT + STAGES + 1
+are read. Then, for each of the stages and where the state is read, those of the rates: n columns by the state there,
+and further ones by the directions themselves."""
+CART_BY, READING_BY = 0, 1
+"""Among these, in the place of theta1 and theta2, whose rates are other numbers of the state: derivatives of the cart's
+acceleration and, where the state is read, of a reading."""
+ROWS_OF_SLOPES = RATES_BY + STAGES + 1
 MODE, IS_TURNED, IS_SOUGHT, PROGRESS = range(4)
 """Of both joints, then of each number of the state: 1 or -1 where a joint slips that way and 0 where it sticks, or 1 or
 -1 where a number is held at a limit; whether a joint's speed passes through zero between steps only; whether a mode may
@@ -92,11 +97,8 @@ class Work(NamedTuple):
     """See `SIZES` and what follows."""
     states: Array
     """(11, n) see `BEGIN` and what follows."""
-    matrices: Array
-    """(6, n, n) derivatives by the state of the rates at a step's stages, and where the state is read; in the first
-    row, where those of theta1 would be, those of the cart's acceleration."""
     slopes: Array
-    """(n, 12, ROOM) see `OLD` and what follows; of the room for directions, some are used."""
+    """(n, 11, ROOM) see `OLD` and what follows; of the room, some is used."""
     directions: int
     """A multiple of `VECTOR`."""
     modes: Indices
@@ -122,15 +124,20 @@ class Work(NamedTuple):
 compiled code; and then the laws' table, their lanes, and the modes."""
 
 
+def most_directions(states: int) -> int:
+    """Return how many directions of derivatives there is room for, beside a state of so many numbers."""
+    return (ROOM - states) // VECTOR * VECTOR
+
+
 def plan_and_room(laws: Laws, directions: int, addresses: Sequence[int]) -> tuple[Indices, Array]:
     """Return the memory of compiled code: whole numbers that say what there is, and room for numbers."""
-    if directions > ROOM:
-        raise ValueError(f"{directions} directions of derivatives: compiled code has room for {ROOM} (model/layout.py)")
     states, rows = len(laws.limits), (MOTION_ROWS + READING_ROWS) * int(laws.table[:, WIDTH].sum()) + 1
+    if directions > most_directions(states):
+        raise ValueError(f"{directions} directions of derivatives and {states} states: there is room for {ROOM} in all")
     counts = [len(laws.table), states, -(-directions // VECTOR) * VECTOR, len(laws.lanes), rows, *addresses]
     plan = np.concatenate([counts, laws.table.ravel(), laws.lanes, np.zeros(4 * (2 + states))]).astype(np.int64)
     room = states + len(INPUTS) + rows + 6 * PARAMETERS + VIOLATIONS + 2 + states
-    room += states * (RATES_READ + 1 + (STAGES + 1) * states + ROWS_OF_SLOPES * ROOM)
+    room += states * (RATES_READ + 1 + ROWS_OF_SLOPES * ROOM)
     memory = np.zeros(room)
     memory[:states] = laws.limits
     return plan, memory
@@ -146,13 +153,12 @@ def unfolded(plan, room):
     sums = further(of_rows, rows)
     numbers = further(sums, 6 * PARAMETERS)
     states = further(numbers, VIOLATIONS + 2 + n)
-    matrices = further(states, (RATES_READ + 1) * n)
-    slopes = further(matrices, (STAGES + 1) * n * n)
+    slopes = further(states, (RATES_READ + 1) * n)
     return (
         Laws(carray(table, (laws, LAW_COLUMNS)), carray(at, (lanes,)), carray(room, (n,))),
         Work(
             carray(z, (len(INPUTS),)), carray(of_rows, (rows,)), carray(sums, (2, 3 * PARAMETERS)), carray(numbers,
-            (VIOLATIONS + 2 + n,)), carray(states, (RATES_READ + 1, n)), carray(matrices, (STAGES + 1, n, n)),
+            (VIOLATIONS + 2 + n,)), carray(states, (RATES_READ + 1, n)),
             carray(slopes, (n, ROWS_OF_SLOPES, ROOM)), d, carray(further(at, lanes), (4, 2 + n)),
         ),
     )  # fmt: skip

@@ -183,8 +183,11 @@ def fill_rates(plan, motion, room, state_row, t, u, row, derive):
             _clear(sums)
         slopes_of_paper(z, z, sums, work.rows)
         _fill_derivatives(laws, work, row, (r11, r12, r21, r22), (push1, push2), (cart1, cart2, per_reduced))
-        if n > at.RODS_STATES:
-            _fill_own(laws, work, row)
+        for law in range(len(laws.table) if n > at.RODS_STATES else 0):
+            width, first = laws.table[law, at.WIDTH], laws.table[law, at.OWN_AT]
+            for own in range(first, first + laws.table[law, at.OWNS]):
+                of = laws.table[law, at.ROWS_AT] + (RATES + own - first) * width
+                fill_slopes(laws, work, law, of, row, own, 1.0 if work.modes[at.MODE, 2 + own] == 0 else 0.0)
 
 
 @inlined
@@ -224,43 +227,28 @@ def _call_accelerated(laws, motion, work, state):
 
 @part
 def _fill_derivatives(laws, work, row, inverse, pushed, of_cart):
-    """Fill in the derivatives of the rates, given the responses: of the rods to torques and cart, of the cart to them.
+    """Fill in the derivatives of the accelerations, given the responses: of rods to torques and cart, of it to them.
 
-    Those by a coefficient or by the state are of all laws, those by a parameter or an own state of one.
+    Those by a coefficient or by the rods' state are of all laws, those by a parameter or an own state of one.
     """
-    sums, rows, matrices, slopes, direct = work.sums[0], work.rows, work.matrices, work.slopes, at.DIRECT + row
-    for k in range(at.RODS_STATES):
-        by = sums[1 + k], sums[PARAMETERS + 1 + k], sums[_CART + 1 + k]
-        matrices[row, 2, k], matrices[row, 3, k], matrices[row, 0, k] = _solved(inverse, pushed, of_cart, by)
-    for column in range(at.BY_COEFFICIENT, PARAMETERS):
-        d = laws.lanes[column - at.BY_COEFFICIENT]
-        if 0 <= d < work.directions:
+    sums, rows, slopes, by_row = work.sums[0], work.rows, work.slopes, at.RATES_BY + row
+    for column in range(1, PARAMETERS):
+        lane = laws.lanes[column]
+        if lane >= 0:
             by = sums[column], sums[PARAMETERS + column], sums[_CART + column]
-            slopes[2, direct, d], slopes[3, direct, d], slopes[0, at.OF_CART, d] = _solved(inverse, pushed, of_cart, by)
+            one, two, ahead = _solved(inverse, pushed, of_cart, by)
+            slopes[2, by_row, lane], slopes[3, by_row, lane], slopes[at.CART_BY, by_row, lane] = one, two, ahead
     for law in range(len(laws.table)):
         if laws.table[law, at.MOTION] == 0:
             continue
         begin, width = laws.table[law, at.ROWS_AT], laws.table[law, at.WIDTH]
         row1, row2, row3 = begin + TORQUE1 * width, begin + TORQUE2 * width, begin + CART * width
-        for column in range(PARAMETERS, width):
-            d = direction_of(laws, work, law, column)
-            if d >= 0:
+        for column in range(at.BY_OWN, width):
+            lane = laws.lanes[laws.table[law, at.LANES_AT] + column]
+            if lane >= 0 and not at.BY_COEFFICIENT <= column < PARAMETERS:
                 by = rows[row1 + column], rows[row2 + column], rows[row3 + column]
-                slopes[2, direct, d], slopes[3, direct, d], slopes[0, at.OF_CART, d] = _solved(
-                    inverse, pushed, of_cart, by
-                )
-        for k in range(laws.table[law, at.OWNS]):
-            own, column = laws.table[law, at.OWN_AT] + k, at.BY_OWN + k
-            by = rows[row1 + column], rows[row2 + column], rows[row3 + column]
-            matrices[row, 2, own], matrices[row, 3, own], matrices[row, 0, own] = _solved(inverse, pushed, of_cart, by)
-
-
-@inlined
-def direction_of(laws, work, law, column):
-    """Return by which direction the column of a law's rows has derivatives, a coefficient's or a parameter's; or -1."""
-    before = laws.table[law, at.VALUES_AT] if column >= PARAMETERS else 0
-    d = laws.lanes[before + column - at.BY_COEFFICIENT]
-    return d if d < work.directions else -1
+                one, two, ahead = _solved(inverse, pushed, of_cart, by)
+                slopes[2, by_row, lane], slopes[3, by_row, lane], slopes[at.CART_BY, by_row, lane] = one, two, ahead
 
 
 @inlined
@@ -273,31 +261,18 @@ def _solved(inverse, pushed, of_cart, by):
 
 
 @part
-def _fill_own(laws, work, row):
-    """Fill in the derivatives of the rates of the laws' own states, given those of the accelerations."""
-    matrices, slopes, rows, n = work.matrices, work.slopes, work.rows, work.states.shape[1]
-    for law in range(len(laws.table)):
-        first, owns, width = laws.table[law, at.OWN_AT], laws.table[law, at.OWNS], laws.table[law, at.WIDTH]
-        for own in range(first, first + owns):
-            of = laws.table[law, at.ROWS_AT] + (RATES + own - first) * width
-            factor = 0.0 if work.modes[at.MODE, 2 + own] != 0 else 1.0
-            by1, by2 = factor * rows[of + at.BY_ALPHA1], factor * rows[of + at.BY_ALPHA2]
-            by_u = factor * rows[of + at.BY_U]
-            for k in range(n):
-                matrices[row, own, k] = (
-                    by1 * matrices[row, 2, k] + by2 * matrices[row, 3, k] + by_u * matrices[row, 0, k]
-                )
-            for k in range(at.RODS_STATES):
-                matrices[row, own, k] += factor * rows[of + 1 + k]
-            for k in range(owns):
-                matrices[row, own, first + k] += factor * rows[of + at.BY_OWN + k]
-            for d in range(n, work.directions):
-                slopes[own, at.DIRECT + row, d] = (
-                    by1 * slopes[2, at.DIRECT + row, d]
-                    + by2 * slopes[3, at.DIRECT + row, d]
-                    + by_u * slopes[0, at.OF_CART, d]
-                )
-            for column in range(at.BY_COEFFICIENT, width):
-                d = direction_of(laws, work, law, column)
-                if d >= 0:
-                    slopes[own, at.DIRECT + row, d] += factor * rows[of + column]
+def fill_slopes(laws, work, law, of, row, number, factor):
+    """Fill in the derivatives of a number of which a law has a row, times a factor, given those of the accelerations.
+
+    The law's row begins at `of`; `row` is that of the rates, and `number` says of which number of the state they are.
+    """
+    slopes, rows, by_row = work.slopes, work.rows, at.RATES_BY + row
+    by1, by2, by_u = factor * rows[of + at.BY_ALPHA1], factor * rows[of + at.BY_ALPHA2], factor * rows[of + at.BY_U]
+    for lane in range(np.uint64(work.states.shape[1] + work.directions)):
+        slopes[number, by_row, lane] = (
+            by1 * slopes[2, by_row, lane] + by2 * slopes[3, by_row, lane] + by_u * slopes[at.CART_BY, by_row, lane]
+        )
+    for column in range(1, laws.table[law, at.WIDTH]):
+        lane = laws.lanes[laws.table[law, at.LANES_AT] + column]
+        if lane >= 0:
+            slopes[number, by_row, lane] += factor * rows[of + column]

@@ -8,8 +8,8 @@ from cdp_ident.machine.compilation import call, inlined, part
 from cdp_ident.model import layout as at
 from cdp_ident.model.formulas.language import LATENESS
 from cdp_ident.model.layout import unfolded
-from cdp_ident.model.rates import call_law, direction_of, fill_inputs, joint_speed
-from cdp_ident.model.runge_kutta import hermite
+from cdp_ident.model.rates import call_law, fill_inputs, fill_slopes, joint_speed
+from cdp_ident.model.runge_kutta import chain, hermite
 
 _NEAR = 1e-6
 """Instants so far apart tell how fast a reading changes [s]."""
@@ -76,8 +76,6 @@ def read_encoder(plan, motion, room, joint, share, length, t, u, u_rate, by):
         return angle
     if accelerated:
         call(plan[at.FILL_RATES], (plan, motion, room, at.READ, t, u, at.STAGES, derive))
-        if derive:
-            _fill_accelerations(work)
     else:
         fill_inputs(motion, work, state, t)
         work.z[at.U] = u
@@ -87,10 +85,8 @@ def read_encoder(plan, motion, room, joint, share, length, t, u, u_rate, by):
         if laws.table[law, at.READING] != 0:
             width, first = laws.table[law, at.WIDTH], laws.table[law, at.READS_AT]
             _add_derivatives(laws, work, law, first + joint * width, 1.0, by)
-    for law in range(len(laws.table) if late else 0):
-        if laws.table[law, at.READING] != 0 and laws.table[law, at.JOINT] == joint:
-            row = laws.table[law, at.READS_AT] + LATENESS * laws.table[law, at.WIDTH]
-            _add_derivatives(laws, work, law, row, -rate, by)
+            if late and laws.table[law, at.JOINT] == joint:
+                _add_derivatives(laws, work, law, first + LATENESS * width, -rate, by)
     return angle
 
 
@@ -120,38 +116,7 @@ def added_by_laws(laws, motion, work, state, joint):
 
 
 @part
-def _fill_accelerations(work):
-    """Fill in the derivatives of the accelerations where a state is read, which follow from those of the state."""
-    slopes, matrices = work.slopes, work.matrices
-    for d in range(work.directions):
-        slopes[0, at.ACCELERATIONS_READ, d] = slopes[2, at.DIRECT + at.STAGES, d]
-        slopes[1, at.ACCELERATIONS_READ, d] = slopes[3, at.DIRECT + at.STAGES, d]
-        slopes[2, at.ACCELERATIONS_READ, d] = slopes[0, at.OF_CART, d]
-    for place, r in enumerate((2, 3, 0)):
-        for k in range(work.states.shape[1]):
-            for d in range(work.directions):
-                slopes[place, at.ACCELERATIONS_READ, d] += matrices[at.STAGES, r, k] * slopes[k, at.AT_READING, d]
-
-
-@part
-def _add_derivatives(laws, work, law, row, factor, by):
+def _add_derivatives(laws, work, law, of, factor, by):
     """Add a row's derivatives, times a factor, to those by all directions."""
-    rows, directions = work.rows, work.directions
-    for k in range(at.RODS_STATES):
-        slope = factor * rows[row + 1 + k]
-        if slope != 0.0:
-            for d in range(np.uint64(directions)):
-                by[d] += slope * work.slopes[k, at.AT_READING, d]
-    for k in range(3):
-        slope = factor * rows[row + at.BY_ALPHA1 + k]
-        if slope != 0.0:
-            for d in range(np.uint64(directions)):
-                by[d] += slope * work.slopes[k, at.ACCELERATIONS_READ, d]
-    for k in range(laws.table[law, at.OWNS]):
-        slope = factor * rows[row + at.BY_OWN + k]
-        for d in range(np.uint64(directions)):
-            by[d] += slope * work.slopes[laws.table[law, at.OWN_AT] + k, at.AT_READING, d]
-    for column in range(at.BY_COEFFICIENT, laws.table[law, at.WIDTH]):
-        d = direction_of(laws, work, law, column)
-        if d >= 0:
-            by[d] += factor * rows[row + column]
+    fill_slopes(laws, work, law, of, at.STAGES, at.READING_BY, factor)
+    chain(work, at.READING_BY, at.RATES_BY + at.STAGES, at.AT_READING, by, True)

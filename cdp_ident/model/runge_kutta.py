@@ -14,7 +14,7 @@ import numpy as np
 from llvmlite import ir
 from numba.core import cgutils
 
-from cdp_ident.machine.compilation import Addresses, call, inlined, part
+from cdp_ident.machine.compilation import Addresses, call, inlined, part, place
 from cdp_ident.model import layout as at
 from cdp_ident.model.layout import unfolded
 from cdp_ident.model.rates import STICKS
@@ -98,14 +98,25 @@ def hermite(s, h):
 @part
 def fill_first_slopes(work):
     """Fill in the slopes of the derivatives at a step's beginning."""
-    slopes, matrices, n = work.slopes, work.matrices, work.states.shape[1]
     for d in range(work.directions):
-        slopes[0, at.OLD_SLOPE, d], slopes[1, at.OLD_SLOPE, d] = slopes[2, at.OLD, d], slopes[3, at.OLD, d]
-        for r in range(2, n):
-            total = slopes[r, at.DIRECT, d]
-            for k in range(n):
-                total += matrices[0, r, k] * slopes[k, at.OLD, d]
-            slopes[r, at.OLD_SLOPE, d] = total
+        work.slopes[0, at.OLD_SLOPE, d], work.slopes[1, at.OLD_SLOPE, d] = (
+            work.slopes[2, at.OLD, d],
+            work.slopes[3, at.OLD, d],
+        )
+    for r in range(2, work.states.shape[1]):
+        chain(work, r, at.RATES_BY, at.OLD, place(work.slopes, (r * at.ROWS_OF_SLOPES + at.OLD_SLOPE) * at.ROOM), False)
+
+
+@part
+def chain(work, number, by_row, row, target, added):
+    """Fill in the derivatives by all directions of a number, or add them, given its own and a row of the state's."""
+    slopes, n = work.slopes, work.states.shape[1]
+    for d in range(np.uint64(work.directions)):
+        target[d] = (target[d] if added else 0.0) + slopes[number, by_row, n + d]
+    for k in range(n):
+        slope = slopes[number, by_row, k]
+        for d in range(np.uint64(work.directions if slope != 0.0 else 0)):
+            target[d] += slope * slopes[k, row, d]
 
 
 @part
@@ -120,7 +131,7 @@ def accept(work):
 
 @cache
 def address_of_advance(states: int) -> int:
-    """Return the address of a function `advance(matrices, slopes, h, directions)` for so many states; see `layout`.
+    """Return the address of a function `advance(slopes, h, directions)` for so many states; see `layout`.
 
     It fills in the derivatives at the end of a step of length h [s], and their slopes there.
     """
@@ -129,14 +140,12 @@ def address_of_advance(states: int) -> int:
 
 def _module(states: int) -> ir.Module:
     module = ir.Module("advance")
-    kind = ir.FunctionType(ir.VoidType(), [_NUMBERS, _NUMBERS, _NUMBER, _INDEX])
+    kind = ir.FunctionType(ir.VoidType(), [_NUMBERS, _NUMBER, _INDEX])
     function = ir.Function(module, kind, "advance")
-    matrices, slopes, h, directions = function.args
-    matrices.add_attribute("noalias")
-    slopes.add_attribute("noalias")
+    slopes, h, directions = function.args
     build = ir.IRBuilder(function.append_basic_block())
     with cgutils.for_range_slice(build, _INDEX(0), directions, _INDEX(at.VECTOR)) as (first, _):
-        _carry(_Lanes(build, matrices, slopes, first, states), h)
+        _carry(_Lanes(build, slopes, first, states), h)
     build.ret_void()
     return module
 
@@ -144,11 +153,11 @@ def _module(states: int) -> ir.Module:
 class _Lanes:
     """Some directions, one in each lane."""
 
-    def __init__(self, build: ir.IRBuilder, matrices: Any, slopes: Any, first: Any, states: int) -> None:
-        self.build, self._matrices, self._slopes, self._first, self.states = build, matrices, slopes, first, states
+    def __init__(self, build: ir.IRBuilder, slopes: Any, first: Any, states: int) -> None:
+        self.build, self._slopes, self._first, self.states = build, slopes, first, states
 
-    def _place(self, number: int, row: int) -> Any:
-        place = self.build.add(self._first, _INDEX((number * at.ROWS_OF_SLOPES + row) * at.ROOM))
+    def _place(self, number: int, row: int, further: int = 0) -> Any:
+        place = self.build.add(self._first, _INDEX((number * at.ROWS_OF_SLOPES + row) * at.ROOM + further))
         return self.build.bitcast(self.build.gep(self._slopes, [place]), _LANES.as_pointer())
 
     def row(self, row: int) -> list[Any]:
@@ -174,10 +183,11 @@ class _Lanes:
         """Return the slopes of derivatives at a stage: of angles they are those of the speeds."""
         found = derivatives[2:4]
         for number in range(2, self.states):
-            total = self.build.load(self._place(number, at.DIRECT + stage), align=8)
+            row = at.RATES_BY + stage
+            total = self.build.load(self._place(number, row, self.states), align=8)
             for k, value in enumerate(derivatives):
-                place = _INDEX((stage * self.states + number) * self.states + k)
-                element = self.build.load(self.build.gep(self._matrices, [place]))
+                place = _INDEX((number * at.ROWS_OF_SLOPES + row) * at.ROOM + k)
+                element = self.build.load(self.build.gep(self._slopes, [place]))
                 total = self.plus(total, self.everywhere(element), value)
             found.append(total)
         return found

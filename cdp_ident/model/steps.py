@@ -147,8 +147,7 @@ def _read_before(memory, motion, work, times, m, late, next_ones, results):
                 work.modes[at.MODE, 2 + r] = 1
         call(plan[at.STEP_ON], (plan, motion, room, begin, step, 1.0, -1.0, at.END, int(work.directions > 0)))
         if work.directions > 0:
-            derivatives = place(work.matrices, 0), place(work.slopes, 0)
-            call(plan[at.ADVANCE], (*derivatives, -step, plan[at.DIRECTIONS]))
+            call(plan[at.ADVANCE], (place(work.slopes, 0), -step, plan[at.DIRECTIONS]))
         for joint in range(2):
             for j in range(times.samples_at[m], times.samples_at[m + 1]):
                 when = times.place[j] - late[joint] + back
@@ -287,8 +286,8 @@ def fill_each_rate(plan, motion, room, states, times, u, rates, jacobians):
         begin_modes(laws, work)
         if len(jacobians) > 0:
             call(plan[at.FILL_RATES], (*memory, at.BEGIN, times[j], u[j], 0, 1))
-            copy(work.matrices[0, 2], jacobians[j, 0])
-            copy(work.matrices[0, 3], jacobians[j, 1])
+            copy(work.slopes[2, at.RATES_BY], jacobians[j, 0])
+            copy(work.slopes[3, at.RATES_BY], jacobians[j, 1])
         else:
             call(plan[at.SETTLE], (*memory, times[j], u[j], at.NO_EVENT, at.NO_EVENT))
         copy(work.states[at.RATES_AT], rates[j])

@@ -299,5 +299,5 @@ def make_part(plan, motion, room, begin, step, done):
         modes[at.PROGRESS, at.EVENTS] += 1
         call(plan[at.STEP_ON], (plan, motion, room, begin, step, done, share, at.END, derive))
     if derive:
-        call(plan[at.ADVANCE], (place(work.matrices, 0), place(work.slopes, 0), share * step, plan[at.DIRECTIONS]))
+        call(plan[at.ADVANCE], (place(work.slopes, 0), share * step, plan[at.DIRECTIONS]))
     return share
