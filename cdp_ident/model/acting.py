@@ -138,7 +138,7 @@ def _laid_out(effects: tuple[Effect, ...], coefficients: tuple[int, ...], parame
         at.OWNS: owns,
         at.RESOLVES: [next((k for k, p in enumerate(effect.parameters) if p.resolves), -1) for effect in effects],
         at.TURNS: [
-            effect.dry or effect.uses_direction or any(np.isfinite(state.limit) for state in effect.law.states)
+            effect.dry or "direction" in effect.words or any(np.isfinite(state.limit) for state in effect.law.states)
             for effect in effects
         ],
     }

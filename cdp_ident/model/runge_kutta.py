@@ -123,7 +123,7 @@ def chain(work, number, by_row, row, target, added):
 def accept(work):
     """Let a step's end be the next one's beginning."""
     for r in range(work.states.shape[1]):
-        work.states[at.BEGIN, r] = work.states[at.END, r]
+        work.states[at.BEGIN, r], work.states[at.RATES_AT, r] = work.states[at.END, r], work.states[at.RATES_AT + 4, r]
         for d in range(np.uint64(work.directions)):
             work.slopes[r, at.OLD, d] = work.slopes[r, at.NEW, d]
             work.slopes[r, at.OLD_SLOPE, d] = work.slopes[r, at.NEW_SLOPE, d]

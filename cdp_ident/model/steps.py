@@ -157,7 +157,6 @@ def _read_before(memory, motion, work, times, m, late, next_ones, results):
                     _read_sample(memory, motion, work, joint, j, 1.0, -1.0, when, step, results)
                     next_ones[joint] = max(next_ones[joint], j + 1)
         accept(work)
-        copy(work.states[at.RATES_AT + 4], work.states[at.RATES_AT])
 
 
 @part
@@ -211,7 +210,6 @@ def _make_steps(memory, laws, motion, work, times, m, first, last, late, next_on
             if stopped >= 0:
                 copy(work.states[at.RATES_AT + 4], work.states[at.TRIAL])
             accept(work)
-            copy(work.states[at.RATES_AT + 4], work.states[at.RATES_AT])
             if 0 <= stopped < 2:
                 fresh = True
                 if work.modes[at.MODE, stopped] == STICKS:

@@ -23,7 +23,6 @@ ErrorOf = tuple[Literal["mass", "place"], Rod | None, float]
 RODS: tuple[Rod, ...] = get_args(Rod)
 INERTIA = 0
 """Where A22 stands in what weights add; the numerators of the base parameters follow."""
-_A22, _A23, _A33, _A1 = range(4)
 _NUMBERS = 6
 
 ADDED, ADDED_STD = "added", "added_std"
@@ -62,16 +61,14 @@ class Weight:
 
     def added(self, length: float) -> Array:
         """Return what it adds (6,) to A22 and to A23, A33, a1, c1 and c2, for the length L [m]."""
-        own = _numbers(self.inertia) if self.rod == "inner" else _numbers(A33=self.inertia)
-        return self.mass * self._by_mass(length) + own
-
-    def _by_mass(self, length: float) -> Array:
-        r = self.place
-        return _numbers(r**2, a1=r) if self.rod == "inner" else _numbers(length**2, length * r, r**2, length)
+        mass, r, inertia = self.mass, self.place, self.inertia
+        if self.rod == "inner":
+            return np.array([mass * r**2 + inertia, 0.0, 0.0, mass * r, 0.0, 0.0])
+        return np.array([mass * length**2, mass * length * r, mass * r**2 + inertia, mass * length, 0.0, 0.0])
 
     def by_length(self, length: float) -> Array:
-        """Return the derivative (6,) of what it adds by L."""
-        return self.mass * (_numbers() if self.rod == "inner" else _numbers(2.0 * length, self.place, a1=1.0))
+        """Return the derivative (6,) of what it adds by L: it is quadratic, so that differences are exact."""
+        return 0.5 * (self.added(length + 1.0) - self.added(length - 1.0))
 
     @property
     def errors(self) -> tuple[ErrorOf, ...]:
@@ -91,10 +88,9 @@ class Weight:
     def by_error(self, error: ErrorOf, length: float) -> Array:
         """Return the derivative (6,) of what it adds by one of its errors, in standard deviations."""
         if error[0] == "mass":
-            return self.mass_std * self._by_mass(length)
-        r = self.place
-        by_place = _numbers(2.0 * r, a1=1.0) if self.rod == "inner" else _numbers(0.0, length, 2.0 * r)
-        return self.place_std * self.mass * by_place
+            return np.asarray(self.mass_std * replace(self, mass=1.0, inertia=0.0).added(length))
+        ahead, behind = (replace(self, place=self.place + one).added(length) for one in (1.0, -1.0))
+        return np.asarray(0.5 * self.place_std * (ahead - behind))
 
 
 def added_by(weights: Iterable[Weight], length: float) -> Array:
@@ -105,12 +101,6 @@ def added_by(weights: Iterable[Weight], length: float) -> Array:
 def mass_beyond(weights: Sequence[Weight], joint: str) -> float:
     """Return the mass of the weights [kg] that a joint carries: the outer one those on the outer rod, others all."""
     return sum(weight.mass for weight in weights if joint != "outer" or weight.rod == "outer")
-
-
-def _numbers(A22: float = 0.0, A23: float = 0.0, A33: float = 0.0, a1: float = 0.0) -> Array:
-    numbers = np.zeros(_NUMBERS)
-    numbers[[_A22, _A23, _A33, _A1]] = A22, A23, A33, a1
-    return numbers
 
 
 def weights_of(given: Mapping[str, Any], where: str) -> dict[Rod, Weight | None]:

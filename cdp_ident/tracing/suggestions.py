@@ -55,7 +55,7 @@ def _with_states(found: WholeSwings, missing: Mapping[Joint, float]) -> Iterator
     unit = found.recorded.time_unit
     for effect in known_effects():
         begins, of_each = list[dict[str, float]](), len(SHAPES)
-        if effect.swings:
+        if effect.law.cart and effect.states:
             (frequency,) = (p for p in ActiveEffect(effect).fitted if p.shape and p.begins)
             begins, of_each = [{frequency.name: f * typical(frequency, unit)} for f in _FREQUENCIES], 1
         elif effect.remembers and effect.joint in missing:

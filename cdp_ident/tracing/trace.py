@@ -202,7 +202,7 @@ def judged(
 def _wrong_counts(found: WholeSwings) -> str:
     """Say of which encoder the counts per turn are wrong by more than any effect; nothing where those of none are."""
     for index, active in enumerate(found.model.effects):
-        if not active.effect.is_scale:
+        if not active.effect.law.reading or active.effect.words != {"angle"} or len(active.fitted) > 1:
             continue
         (largest,), joint = [parameter.upper for parameter in active.fitted], active.effect.joint
         if np.all(np.abs(found.values[found.model.places(index)]) > _AT_LIMIT * largest):

@@ -177,22 +177,12 @@ class Effect:
     @property
     def of_angle(self) -> bool:
         """Whether it is a torque that depends on its joint's angle alone."""
-        return bool(self.law.torque) and self._used <= {"angle"}
-
-    @property
-    def is_scale(self) -> bool:
-        """Whether its encoder shows a multiple of the joint's angle."""
-        return bool(self.law.reading) and self._used == {"angle"} and len(self.parameters) == 1
+        return bool(self.law.torque) and self.words <= {"angle"}
 
     @property
     def repeats(self) -> bool:
         """Whether it is an encoder's error that repeats many times a turn: a spectrum over the angle shows it."""
         return self.law.reading == HARMONIC and self.parameters[-1].shape
-
-    @property
-    def of_joint(self) -> bool:
-        """Whether it depends on nothing but its joint's angle and speed."""
-        return self._used <= {"angle", "speed"}
 
     def extends(self, other: "Effect") -> bool:
         """Return whether it contains another effect."""
@@ -213,15 +203,10 @@ class Effect:
     @property
     def uses_accelerations(self) -> bool:
         """Whether the law depends on accelerations of the motion itself."""
-        return bool(self._used & {*ACCELERATIONS, "acceleration", "pull"})
-
-    @property
-    def uses_direction(self) -> bool:
-        """Whether the law changes where its joint's speed is zero, without being dry friction."""
-        return "direction" in self._used
+        return bool(self.words & {*ACCELERATIONS, "acceleration", "pull"})
 
     @cached_property
-    def _used(self) -> set[str]:
+    def words(self) -> set[str]:
         """Names in the formulas that are not the law's own."""
         if self.curve is not None:
             return {self.curve.over}
@@ -273,17 +258,13 @@ class Effect:
     def at_place_of_joint(self) -> bool:
         """Whether it is a torque that acts where its joint is at a place, whether or not that moves: a stiffness."""
         stiff = any(p.unit == "N m/rad" for p in self.parameters)
-        return self.is_local and stiff and self.of_joint and bool(self.law.torque) and not self.states
+        depends = self.words <= {"angle", "speed"} and not self.states
+        return self.is_local and stiff and depends and bool(self.law.torque)
 
     @property
     def remembers(self) -> bool:
         """Whether it is a torque in its joint that depends on what the joint did before."""
         return bool(self.law.torque and self.law.states)
-
-    @property
-    def swings(self) -> bool:
-        """Whether it lets the cart's joint move by itself."""
-        return bool(self.law.cart and self.law.states)
 
 
 def exclude_each_other(one: Effect, other: Effect) -> bool:

@@ -7,7 +7,7 @@ Derivatives, 2008), so that nothing grows and the code can be read.
 """
 
 import ast
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TypeVar
 
 import numpy as np
@@ -119,14 +119,7 @@ class Definitions:
 
     def _put(self, text: str, parts: Mapping[str, Tree]) -> Tree:
         """Return a formula of inputs and of parts that have names in it."""
-
-        def called(name: str, arguments: Sequence[Tree]) -> Tree:
-            return self._function(name, rebuilt(arguments[0], named, called))
-
-        def named(name: str) -> Tree:
-            return parts.get(name) or ast.Name(name)
-
-        return rebuilt(tree_of(text), named, called)
+        return _with(tree_of(text), parts, self._function)
 
     def _mean(self, of: Tree, over: Tree) -> Tree:
         assert isinstance(over, ast.Name)
@@ -219,11 +212,11 @@ _RULES = {
 """The derivative of each operation of f and g, whose derivatives are f_ and g_; `it` is what becomes of them."""
 
 
-def _with(tree: Tree, known: Mapping[str, Tree]) -> Tree:
-    """Return a tree with trees in the place of some names."""
+def _with(tree: Tree, known: Mapping[str, Tree], function: Callable[[str, Tree], Tree] = applied) -> Tree:
+    """Return a tree with trees in the place of some names, and functions as `function` writes them."""
 
     def called(name: str, arguments: Sequence[Tree]) -> Tree:
-        return applied(name, rebuilt(arguments[0], named, called))
+        return function(name, rebuilt(arguments[0], named, called))
 
     def named(name: str) -> Tree:
         return known.get(name) or ast.Name(name)

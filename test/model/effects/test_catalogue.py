@@ -188,12 +188,10 @@ KINDS = [
     (lambda e: e.of_angle and not e.harmonic,
      {"joint_spring", "constant_torque", "magnet",
       "unknown_torque.inner.over_angle", "unknown_torque.outer.over_angle"}),
-    (lambda e: e.of_joint and e.name in ("quadratic_friction", "air_drag", "load_friction", "impulse", "geared_rotor"),
-     {"quadratic_friction"}),
+    (lambda e: e.words == {"speed"} and e.moves and not (e.dry or e.curve), {"quadratic_friction"}),
     # States belong to what remembers, swings or has play.
     (lambda e: e.remembers, {"presliding_friction"}),
     (lambda e: e.is_local, {"magnet", "end_stop", *(f"varying_viscosity.{joint}.near a place" for joint in JOINTS)}),
-    (lambda e: e.swings, {"pivot_compliance.base.oscillating"}),
     (lambda e: e.states and not e.moves, {"backlash", "encoder_filter", "encoder_compliance"}),
     (lambda e: e.brings_states, {"presliding_friction", "pivot_compliance.base.oscillating"}),
     (lambda e: e.states and e.known_at_zero, {"backlash"}),
@@ -211,7 +209,7 @@ def test_a_law_in_one_line_names_its_states_and_what_its_names_stand_for():
     law = Law(torque="-size*bend*slope", where=(("slope", "1 + angle^2"),), states=(State("bend", "speed"),))
     effect = Effect("mine", "inner", "mine", law, (EffectParameter("size", "N m", 0.0, 1.0, 0.1),), "mine")
     assert effect.formula == "torque = -size*bend*slope; bend' = speed; slope = 1 + angle^2"
-    assert (effect.states, effect.remembers, effect.of_joint, effect.of_angle) == (1, True, True, False)
+    assert (effect.states, effect.remembers, effect.words, effect.of_angle) == (1, True, {"angle", "speed"}, False)
     assert replace(effect, law=Law(reading="size*angle")).moves is False
 
 
