@@ -41,7 +41,7 @@ from scipy.interpolate import CubicHermiteSpline
 from cdp_ident.configuration.fitted_model import FittedModel, read_fitted_model
 from cdp_ident.errors import CdpIdentError, OptionError
 from cdp_ident.model.formulas.algebra import OPERATIONS, as_number, function_of
-from cdp_ident.model.formulas.code import MOTION, rows_of
+from cdp_ident.model.formulas.code import rows_of
 from cdp_ident.model.formulas.derivation import Definitions
 from cdp_ident.model.formulas.language import ACCELERATIONS, CART, COEFFICIENTS, PAPER, STATE, TORQUE1, TORQUE2
 from cdp_ident.rig.emulator.motion import Drive
@@ -91,7 +91,7 @@ class RodsMotion:
             if effect.states or effect.curve:
                 self.left_out.append(effect.key)
                 continue
-            definitions, rows = Definitions(effect.key, effect.joint), rows_of(effect, MOTION)
+            definitions, rows = Definitions(effect.key, effect.joint), rows_of(effect)
             for parameter in effect.parameters:
                 definitions.add_input(parameter.name)
             for name, text in effect.law.where:

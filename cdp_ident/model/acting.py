@@ -12,8 +12,8 @@ import numpy as np
 from cdp_ident.arrays import Array, Indices, Mask
 from cdp_ident.model import layout as at
 from cdp_ident.model.effects.effect import JOINTS, Effect
-from cdp_ident.model.formulas.compiled import motion_law, reading_law
-from cdp_ident.model.formulas.language import COEFFICIENTS, MOTION_ROWS, PARAMETERS, READING_ROWS
+from cdp_ident.model.formulas.compiled import compiled_law
+from cdp_ident.model.formulas.language import COEFFICIENTS, PARAMETERS, ROWS
 from cdp_ident.model.layout import Laws
 
 _PLACES = (*JOINTS, "base")
@@ -74,11 +74,10 @@ class ActingEffects:
         of_laws = np.split(strengths, table[1:, at.VALUES_AT])
         for row, effect, of_law in zip(table, self.effects, of_laws, strict=False):
             is_zero = not of_law.any()
-            row[at.MOTION] = motion_law(effect, is_zero)
-            row[at.READING] = reading_law(effect, is_zero)
+            row[at.CODE] = compiled_law(effect, is_zero)
             if is_zero and effect.known_at_zero:
                 row[at.OWNS] = 0
-                row[at.KIND] |= at.OF_NO_STRENGTH
+                row[at.KIND] += at.OF_NO_STRENGTH - at.MOVES * (not effect.moves and effect.states > 0)
         return laid_out._replace(table=table)
 
     @cached_property
@@ -125,15 +124,13 @@ def _laid_out(effects: tuple[Effect, ...], coefficients: tuple[int, ...], parame
         lanes[-1][at.BY_OWN : at.BY_OWN + states] = own + np.arange(states)
     limits = [state.limit for effect in effects for state in effect.law.states]
     widths = np.array([PARAMETERS + count for count in counts], dtype=np.int64)
-    rows_at = _begins((MOTION_ROWS + READING_ROWS) * widths)
     columns: dict[int, Sequence[int] | Indices] = {
         at.KIND: [_kind(effect) for effect in effects],
         at.JOINT: [_PLACES.index(effect.joint) for effect in effects],
         at.VALUES_AT: values_at,
         at.WIDTH: widths,
         at.LANES_AT: PARAMETERS + _begins(widths),
-        at.ROWS_AT: rows_at,
-        at.READS_AT: rows_at + MOTION_ROWS * widths,
+        at.ROWS_AT: ROWS * _begins(widths),
         at.OWN_AT: own_at,
         at.OWNS: owns,
         at.RESOLVES: [next((k for k, p in enumerate(effect.parameters) if p.resolves), -1) for effect in effects],
@@ -155,7 +152,8 @@ def _begins(lengths: Sequence[int] | Indices) -> Indices:
 
 def _kind(effect: Effect) -> int:
     return (
-        at.FRICTION_KIND * effect.dry
+        at.MOVES * (effect.moves or effect.states > 0)
+        + at.FRICTION_KIND * effect.dry
         + at.CART_KIND * bool(effect.law.cart)
         + at.ACCELERATED * effect.uses_accelerations
         + at.WITHIN_ANGLE * any(p.resolves == "angle" for p in effect.parameters)

@@ -14,7 +14,7 @@ from numba import carray
 
 from cdp_ident.arrays import Array, Indices
 from cdp_ident.machine.compilation import further, inlined_with_arrays
-from cdp_ident.model.formulas.language import COEFFICIENTS, INPUTS, MOTION_ROWS, PARAMETERS, READING_ROWS, STATE
+from cdp_ident.model.formulas.language import COEFFICIENTS, INPUTS, PARAMETERS, ROWS, STATE
 
 RODS_STATES = len(STATE)
 ALPHA1, ALPHA2, U, OWN, COEFFICIENT, T, DIRECTION, ROD_LENGTH, SINES, DRIVES_NOW = map(
@@ -33,23 +33,23 @@ OUTER_LENGTH, CARRIED, VALUES = (len(COEFFICIENTS) + k for k in range(3))
 """What gives a motion: the coefficients, then the outer rod's length [m], the mass of weights on the rods over A22
 [1/m^2], and the parameters of all laws."""
 
-MOTION, READING, KIND, JOINT, VALUES_AT, WIDTH, LANES_AT, ROWS_AT, READS_AT, OWN_AT, OWNS, RESOLVES, TURNS = range(13)
-LAW_COLUMNS = 13
-"""Of each law: the address of its compiled code that acts on the motion, and of that on readings, 0 for none; its kind;
-its joint (0 inner, 1 outer, 2 base); where its parameters begin among those of all laws; columns of its rows, and where
-their lanes, the rows of the motion and those of readings begin; where its own states begin, and how many these are;
-which parameter is a speed or angle within which it changes, -1 for none; whether its joint's speed passes through zero
-between steps only."""
-FRICTION_KIND, CART_KIND, ACCELERATED, WITHIN_ANGLE, OF_NO_STRENGTH, LATE, SHOWN = 1, 2, 4, 8, 16, 32, 64
-"""Kinds, added up: dry friction, moves the cart's joint, depends on accelerations, changes within an angle, not a
-speed, has no strength, says how late an encoder is read, adds to what encoders show."""
+CODE, KIND, JOINT, VALUES_AT, WIDTH, LANES_AT, ROWS_AT, OWN_AT, OWNS, RESOLVES, TURNS = range(11)
+LAW_COLUMNS = 11
+"""Of each law: the address of its compiled code; its kind; its joint (0 inner, 1 outer, 2 base); where its parameters
+begin among those of all laws; columns of its rows, and where their lanes and the rows begin; where its own states
+begin, and how many these are; which parameter is a speed or angle within which it changes, -1 for none; whether its
+joint's speed passes through zero between steps only."""
+MOVES, SHOWN, LATE, FRICTION_KIND, CART_KIND, ACCELERATED, WITHIN_ANGLE, OF_NO_STRENGTH = (1 << k for k in range(8))
+READ_KIND = SHOWN + LATE
+"""Kinds, added up: adds to the motion, or has states; adds to what encoders show; says how late an encoder is read; dry
+friction; moves the cart's joint; depends on accelerations; changes within an angle, not a speed; has no strength."""
 
 
 class Laws(NamedTuple):
     """The laws of a model."""
 
     table: Indices
-    """(laws, 13) see `MOTION` and what follows."""
+    """(laws, 11) see `CODE` and what follows."""
     lanes: Indices
     """Place of each column of rows in a row of derivatives, by the n numbers of the state and then by directions, -1
     for none: first of the columns that all laws share, then of each law's."""
@@ -110,7 +110,7 @@ class Work(NamedTuple):
     STATES,
     DIRECTIONS,
     LANES,
-    ROWS,
+    ROWS_LENGTH,
     FILL_RATES,
     STEP_ON,
     SETTLE,
@@ -131,7 +131,7 @@ def most_directions(states: int) -> int:
 
 def plan_and_room(laws: Laws, directions: int, addresses: Sequence[int]) -> tuple[Indices, Array]:
     """Return the memory of compiled code: whole numbers that say what there is, and room for numbers."""
-    states, rows = len(laws.limits), (MOTION_ROWS + READING_ROWS) * int(laws.table[:, WIDTH].sum()) + 1
+    states, rows = len(laws.limits), ROWS * int(laws.table[:, WIDTH].sum()) + 1
     if directions > most_directions(states):
         raise ValueError(f"{directions} directions of derivatives and {states} states: there is room for {ROOM} in all")
     counts = [len(laws.table), states, -(-directions // VECTOR) * VECTOR, len(laws.lanes), rows, *addresses]
@@ -146,7 +146,7 @@ def plan_and_room(laws: Laws, directions: int, addresses: Sequence[int]) -> tupl
 @inlined_with_arrays
 def unfolded(plan, room):
     """Return the laws and the work in memory, given where it begins."""
-    laws, n, d, lanes, rows = plan[LAWS], plan[STATES], plan[DIRECTIONS], plan[LANES], plan[ROWS]
+    laws, n, d, lanes, rows = plan[LAWS], plan[STATES], plan[DIRECTIONS], plan[LANES], plan[ROWS_LENGTH]
     table, at = further(plan, TABLE), further(plan, TABLE + laws * LAW_COLUMNS)
     z = further(room, n)
     of_rows = further(z, len(INPUTS))

@@ -112,13 +112,13 @@ def fill_inputs(motion, work, state, t):
 
 
 @inlined
-def call_law(laws, motion, work, law, state, code, rows):
-    """Call a law's code, given its own states; in which columns of the table code and rows are, says which."""
+def call_law(laws, motion, work, law, state):
+    """Call a law's code, given its own states."""
     for k in range(laws.table[law, at.OWNS]):
         work.z[at.OWN + k] = state[laws.table[law, at.OWN_AT] + k]
     values = further(motion, at.VALUES + laws.table[law, at.VALUES_AT])
-    rows = place(work.rows, laws.table[law, rows])
-    call(laws.table[law, code], (place(work.z, 0), values, place(work.sums, 0), rows))
+    rows = place(work.rows, laws.table[law, at.ROWS_AT])
+    call(laws.table[law, at.CODE], (place(work.z, 0), values, place(work.sums, 0), rows))
 
 
 def fill_rates(plan, motion, room, state_row, t, u, row, derive):
@@ -203,11 +203,11 @@ def _call_laws(laws, motion, work, state):
     work.numbers[at.SIZES], work.numbers[at.SIZES + 1] = 0.0, 0.0
     kinds = 0
     for law in range(len(laws.table)):
-        if laws.table[law, at.MOTION] != 0:
+        if laws.table[law, at.KIND] & at.MOVES:
             kinds |= laws.table[law, at.KIND]
             if laws.table[law, at.KIND] & at.ACCELERATED:
                 continue
-            call_law(laws, motion, work, law, state, at.MOTION, at.ROWS_AT)
+            call_law(laws, motion, work, law, state)
             if laws.table[law, at.KIND] & at.FRICTION_KIND:
                 size = work.rows[laws.table[law, at.ROWS_AT] + FRICTION * laws.table[law, at.WIDTH]]
                 work.numbers[at.SIZES + laws.table[law, at.JOINT]] += size
@@ -221,8 +221,8 @@ def _call_laws(laws, motion, work, state):
 def _call_accelerated(laws, motion, work, state):
     """Let those laws add to the sums that depend on the accelerations."""
     for law in range(len(laws.table)):
-        if laws.table[law, at.MOTION] != 0 and laws.table[law, at.KIND] & at.ACCELERATED:
-            call_law(laws, motion, work, law, state, at.MOTION, at.ROWS_AT)
+        if laws.table[law, at.KIND] & at.MOVES and laws.table[law, at.KIND] & at.ACCELERATED:
+            call_law(laws, motion, work, law, state)
 
 
 @part
@@ -239,7 +239,7 @@ def _fill_derivatives(laws, work, row, inverse, pushed, of_cart):
             one, two, ahead = _solved(inverse, pushed, of_cart, by)
             slopes[2, by_row, lane], slopes[3, by_row, lane], slopes[at.CART_BY, by_row, lane] = one, two, ahead
     for law in range(len(laws.table)):
-        if laws.table[law, at.MOTION] == 0:
+        if not laws.table[law, at.KIND] & at.MOVES:
             continue
         begin, width = laws.table[law, at.ROWS_AT], laws.table[law, at.WIDTH]
         row1, row2, row3 = begin + TORQUE1 * width, begin + TORQUE2 * width, begin + CART * width

@@ -6,7 +6,7 @@ import numpy as np
 
 from cdp_ident.machine.compilation import call, inlined, part
 from cdp_ident.model import layout as at
-from cdp_ident.model.formulas.language import LATENESS
+from cdp_ident.model.formulas.language import INNER, LATENESS
 from cdp_ident.model.layout import unfolded
 from cdp_ident.model.rates import call_law, fill_inputs, fill_slopes, joint_speed
 from cdp_ident.model.runge_kutta import chain, hermite
@@ -21,9 +21,9 @@ def lateness(laws, motion, work, joint):
     fill_inputs(motion, work, work.states[at.BEGIN], 0.0)
     late = 0.0
     for law in range(len(laws.table)):
-        if laws.table[law, at.READING] != 0 and laws.table[law, at.JOINT] == joint:
-            call_law(laws, motion, work, law, work.states[at.BEGIN], at.READING, at.READS_AT)
-            late += work.rows[laws.table[law, at.READS_AT] + LATENESS * laws.table[law, at.WIDTH]]
+        if laws.table[law, at.KIND] & at.LATE and laws.table[law, at.JOINT] == joint:
+            call_law(laws, motion, work, law, work.states[at.BEGIN])
+            late += work.rows[laws.table[law, at.ROWS_AT] + LATENESS * laws.table[law, at.WIDTH]]
     return late
 
 
@@ -57,7 +57,7 @@ def read_encoder(plan, motion, room, joint, share, length, t, u, u_rate, by):
     n, directions = work.states.shape[1], work.directions
     alters, changes, accelerated, late, derive = False, False, False, False, 0
     for law in range(len(laws.table)):
-        if laws.table[law, at.READING] != 0:
+        if laws.table[law, at.KIND] & at.READ_KIND:
             alters, kind = True, laws.table[law, at.KIND]
             changes = changes or kind & at.SHOWN != 0
             late = late or (directions > 0 and kind & at.LATE != 0 and laws.table[law, at.JOINT] == joint)
@@ -82,9 +82,9 @@ def read_encoder(plan, motion, room, joint, share, length, t, u, u_rate, by):
     angle += added_by_laws(laws, motion, work, state, joint)
     rate = rate if changes else joint_speed(state, joint)
     for law in range(len(laws.table) if directions > 0 else 0):
-        if laws.table[law, at.READING] != 0:
-            width, first = laws.table[law, at.WIDTH], laws.table[law, at.READS_AT]
-            _add_derivatives(laws, work, law, first + joint * width, 1.0, by)
+        if laws.table[law, at.KIND] & at.READ_KIND:
+            width, first = laws.table[law, at.WIDTH], laws.table[law, at.ROWS_AT]
+            _add_derivatives(laws, work, law, first + (INNER + joint) * width, 1.0, by)
             if late and laws.table[law, at.JOINT] == joint:
                 _add_derivatives(laws, work, law, first + LATENESS * width, -rate, by)
     return angle
@@ -109,9 +109,9 @@ def added_by_laws(laws, motion, work, state, joint):
     """Return what laws add to what the encoder of a joint shows in a state, whose inputs of laws are filled in."""
     added = 0.0
     for law in range(len(laws.table)):
-        if laws.table[law, at.READING] != 0:
-            call_law(laws, motion, work, law, state, at.READING, at.READS_AT)
-            added += work.rows[laws.table[law, at.READS_AT] + joint * laws.table[law, at.WIDTH]]
+        if laws.table[law, at.KIND] & at.READ_KIND:
+            call_law(laws, motion, work, law, state)
+            added += work.rows[laws.table[law, at.ROWS_AT] + (INNER + joint) * laws.table[law, at.WIDTH]]
     return added
 
 

@@ -23,7 +23,7 @@ from cdp_ident.likelihood.whole_swing import Recorded
 from cdp_ident.machine.compilation import is_to_be_kept
 from cdp_ident.machine.parallel import core_count
 from cdp_ident.model.effects.catalogue import CATALOGUE
-from cdp_ident.model.formulas.compiled import motion_law
+from cdp_ident.model.formulas.compiled import compiled_law
 from cdp_ident.model.motions import InitialValueProblem, accelerations_at, jacobians_at, motions, simulate
 from cdp_ident.model.parameters import GROUPS, NOMINAL, physical_coefficients
 from cdp_ident.model.population import Population, Segment
@@ -56,7 +56,7 @@ def _compile(backwards: bool) -> None:
     uses: list[Callable[[], object]] = [
         lambda: motions([plain]),
         lambda: Population([Segment(at_rest, times, np.zeros((2, 2)))]).squared_errors(coefficients[None]),
-        lambda: [motion_law(effect) for effect in CATALOGUE],
+        lambda: [compiled_law(effect) for effect in CATALOGUE],
         _find_whole_swing,
         lambda: accelerations_at(coefficients, at_rest[None], np.zeros(1)),
         lambda: jacobians_at(coefficients, at_rest[None]),

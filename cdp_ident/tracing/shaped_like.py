@@ -18,8 +18,8 @@ from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.effects.curves import basis
 from cdp_ident.model.effects.effect import Curve, Effect
-from cdp_ident.model.formulas.compiled import motion_law
-from cdp_ident.model.formulas.language import INPUTS, MOTION_ROWS, PARAMETERS, SUMS
+from cdp_ident.model.formulas.compiled import compiled_law
+from cdp_ident.model.formulas.language import INPUTS, PARAMETERS, ROWS, SUMS
 
 _STEPS = 30
 """A law that is not like the curve after so many is not."""
@@ -79,10 +79,10 @@ def _most_like(effect: Effect, curve: Curve, coefficients: Array, root: Array, u
 
 def _torque(effect: Effect, values: Array, angles: Array) -> Array:
     """Return the torque (n,) of an effect in its joint at rest at angles (n,) [rad], over A22."""
-    law = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 4)(motion_law(effect))
+    law = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 4)(compiled_law(effect))
     inputs, outer = np.zeros(len(INPUTS)), effect.joint == "outer"
     parameters = np.array(ActiveEffect(effect).all_values(values))
-    sums, rows = np.zeros(PARAMETERS * len(SUMS)), np.zeros(MOTION_ROWS * (PARAMETERS + len(parameters)))
+    sums, rows = np.zeros(PARAMETERS * len(SUMS)), np.zeros(ROWS * (PARAMETERS + len(parameters)))
     found, addresses = np.empty(len(angles)), [array.ctypes.data for array in (inputs, parameters, sums, rows)]
     for k, angle in enumerate(angles):
         inputs[0], inputs[1] = (0.0, angle) if outer else (np.pi + angle, 0.0)

@@ -174,13 +174,13 @@ import sys
 import numpy as np
 from cdp_ident.model.acting import ActingEffects
 from cdp_ident.model.effects.catalogue import CATALOGUE
-from cdp_ident.model.formulas.compiled import motion_law
+from cdp_ident.model.formulas.compiled import compiled_law
 from cdp_ident.model.motions import simulate
 from cdp_ident.model.parameters import NOMINAL, physical_coefficients
 
 if sys.argv[1] == "each law first, backwards":
     for effect in reversed(CATALOGUE):
-        motion_law(effect)
+        compiled_law(effect)
 start, times = np.array([1.0, -2.0, 3.0, -4.0]), np.arange(50) / 200.0
 for effect in CATALOGUE:
     acting = ActingEffects.of([(effect, [parameter.typical for parameter in effect.parameters])], 0.4)

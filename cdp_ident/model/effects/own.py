@@ -30,7 +30,7 @@ from cdp_ident.model.effects import catalogue
 from cdp_ident.model.effects.effect import JOINTS, Effect, EffectParameter, Law, State
 from cdp_ident.model.formulas import language as words
 from cdp_ident.model.formulas.algebra import Tree
-from cdp_ident.model.formulas.compiled import motion_law, reading_law
+from cdp_ident.model.formulas.compiled import compiled_law
 from cdp_ident.model.formulas.syntax import error_at, names_used, parse
 from cdp_ident.user_input import mapping_of, number, quoted, refuse_unknown
 from cdp_ident.yaml_file import read_yaml
@@ -86,26 +86,28 @@ def use(definitions: Mapping[str, Any], inertia: float, where: str) -> None:
     """Make effects known beside the catalogue's, in the place of those of the same names; see `effects_of`."""
     effects = effects_of(definitions, inertia, where)
     for effect in effects:
-        for address in (motion_law(effect), reading_law(effect)):  # what only deriving it shows is found out now
-            added = _added_at_zero(effect, address) if address else 0.0
-            if added != 0.0:
-                zero = " and ".join(p.name for p in effect.parameters if not p.shape)
-                raise OptionError(
-                    f"{where}: {effect.name}: where {zero} is 0 it adds {added:g}, not nothing; a parameter that means "
-                    "nothing without another one has `shape: true`"
-                )
+        added = _added_at_zero(effect)  # what only deriving it shows is found out now
+        if added != 0.0:
+            zero = " and ".join(p.name for p in effect.parameters if not p.shape)
+            raise OptionError(
+                f"{where}: {effect.name}: where {zero} is 0 it adds {added:g}, not nothing; a parameter that means "
+                "nothing without another one has `shape: true`"
+            )
     catalogue.add_own(effects)
 
 
-def _added_at_zero(effect: Effect, address: int) -> float:
+def _added_at_zero(effect: Effect) -> float:
     """Return the most that an effect's compiled law adds somewhere where all its strengths are zero."""
     inputs = np.linspace(0.3, 1.7, len(words.INPUTS))
     parameters = np.array([p.typical if p.shape else 0.0 for p in effect.parameters])
-    width = words.PARAMETERS + len(parameters)
-    sums, rows = np.zeros(words.PARAMETERS * len(words.SUMS)), np.zeros(words.MOTION_ROWS * width)
-    law = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 4)(address)
+    sums, rows = (
+        np.zeros((len(words.SUMS), words.PARAMETERS)),
+        np.zeros((words.ROWS, words.PARAMETERS + len(parameters))),
+    )
+    law = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 4)(compiled_law(effect))
     law(*(array.ctypes.data for array in (inputs, parameters, sums, rows)))
-    return float(np.abs(np.concatenate([sums[:: words.PARAMETERS], rows[: words.RATES * width : width]])).max())
+    rows[words.RATES : words.RATES + effect.states] = 0.0
+    return float(np.abs([*sums[:, words.VALUE], *rows[:, words.VALUE]]).max())
 
 
 def effects_of(definitions: Mapping[str, Any], inertia: float, where: str) -> tuple[Effect, ...]:

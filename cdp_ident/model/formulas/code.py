@@ -11,6 +11,7 @@ zero is left out.
 import ast
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import product
 
 from cdp_ident.errors import OptionError
 from cdp_ident.model.effects.effect import Effect, Law
@@ -18,61 +19,53 @@ from cdp_ident.model.formulas import language as words
 from cdp_ident.model.formulas.algebra import Tree, as_number, names_in, negative
 from cdp_ident.model.formulas.derivation import Definitions
 
-MOTION, MOTION_AT_ZERO, READING, READING_AT_ZERO = TABLES = "motion", "motion_at_zero", "reading", "reading_at_zero"
-"""What a law may have functions for: what it does to the motion and to readings, and both where it has no strength."""
+_ROWS = (
+    *("torque on theta1", "torque on theta2", "friction", "cart", "rate 1", "rate 2"),
+    *("inner reading", "outer reading", "lateness"),
+)
+"""What rows are called, in their order."""
 _PAPER_INPUTS = ("sin1", "cos1", "sin2", "cos2", "omega1", "omega2", "u", *words.COEFFICIENTS)
 _PAPER = Effect("equations of motion", "base", "", Law(torques=words.PAPER), (), "the paper")
 """What is left of the equations of motion, as a law."""
 
 
-def rows_of(effect: Effect, table: str) -> Mapping[int, str]:
-    """Return the formulas of what a law adds to the motion or to readings, by row; nothing where it does nothing."""
-    law, at_zero = effect.law, table.endswith("at_zero")
+def rows_of(effect: Effect, at_zero: bool = False) -> Mapping[int, str]:
+    """Return the formulas of what a law adds, by row; nothing where it does nothing else without strength."""
+    law = effect.law
     if effect.curve is not None or (at_zero and not effect.known_at_zero):
         return {}
-    if table.startswith(READING):
-        rows = {words.INNER: law.readings[0], words.OUTER: law.readings[1], words.LATENESS: law.lateness}
-        if law.reading:
-            rows[words.OUTER if effect.joint == "outer" else words.INNER] = law.reading
-        return {row: text for row, text in rows.items() if text}
-    rows = {words.FRICTION: law.friction, words.CART: law.cart}
+    rows = {words.FRICTION: law.friction, words.CART: law.cart, words.LATENESS: law.lateness}
     torque = f"-direction*({law.friction})" if law.friction else law.torque
     if torque:
         rows[words.TORQUE1], rows[words.TORQUE2] = (torque, "") if effect.joint == "inner" else (f"-({torque})", torque)
     else:
         rows[words.TORQUE1], rows[words.TORQUE2] = law.torques
+    rows[words.INNER], rows[words.OUTER] = law.readings
+    if law.reading:
+        rows[words.OUTER if effect.joint == "outer" else words.INNER] = law.reading
     if not at_zero:
         rows |= {words.RATES + k: state.rate for k, state in enumerate(law.states)}
     return {row: rows[row] for row in sorted(rows) if rows[row]}
 
 
-def name_of(effect: Effect, table: str) -> str:
+def name_of(effect: Effect, at_zero: bool = False) -> str:
     """Return the name of a law's function; harmonics have the same one, for they differ by a parameter alone."""
-    parts = effect.name, effect.joint, "" if effect.harmonic else effect.variant, table
+    parts = effect.name, effect.joint, "" if effect.harmonic else effect.variant, "at_zero" if at_zero else "law"
     return re.sub(r"\W", "_", "_".join(filter(None, parts)))
 
 
 def text_of(effects: Sequence[Effect]) -> str:
     """Return the functions of the laws of effects, of which each is there once."""
     functions: dict[str, str] = {}
-    for effect in effects:
-        for table in TABLES:
-            name, rows = name_of(effect, table), rows_of(effect, table)
-            if rows and name not in functions:
-                functions[name] = _law(name, effect, rows, table)
+    for effect, at_zero in product(effects, (False, True)):
+        name, rows = name_of(effect, at_zero), rows_of(effect, at_zero)
+        if rows and name not in functions:
+            functions[name] = _law(name, effect, rows, at_zero)
     return "\n\n".join(functions.values())
 
 
-_ROWS = {
-    MOTION: ("torque on theta1", "torque on theta2", "friction", "cart", "rate 1", "rate 2"),
-    READING: ("inner reading", "outer reading", "lateness"),
-}
-"""What rows are called, in their order."""
-
-
-def _law(function: str, effect: Effect, rows: Mapping[int, str], table: str) -> str:
-    """Return the function of a law, in one of the tables of laws."""
-    at_zero, moves = table.endswith("at_zero"), table.startswith(MOTION)
+def _law(function: str, effect: Effect, rows: Mapping[int, str], at_zero: bool) -> str:
+    """Return the function of a law, or of one that has no strength."""
     definitions, parameters = Definitions(f"{effect.name}.{effect.joint}", effect.joint), effect.parameters
     for p in parameters:
         definitions.add_input(p.name)
@@ -83,15 +76,15 @@ def _law(function: str, effect: Effect, rows: Mapping[int, str], table: str) -> 
             definitions.add_input(state.name, own)
     for defined, text in effect.law.where:
         definitions.add(defined, text)
-    names, columns = _ROWS[MOTION if moves else READING], ("value", *words.VARIABLES, *(p.name for p in parameters))
+    columns = ("value", *words.VARIABLES, *(p.name for p in parameters))
     strengths = [p.name for p in parameters if not (p.shape or p.fixed)]
     results = dict[tuple[int, int], Tree]()
     for row, text in rows.items():
-        value = definitions.value(names[row], text)
+        value = definitions.value(_ROWS[row], text)
         slopes = {column: definitions.slope(value, by) for column, by in enumerate(columns) if column > 0}
-        if moves and row < words.RATES:
-            _refuse_accelerations(definitions, f"{effect.key}: {names[row]}", row, slopes)
-        if moves and row == words.FRICTION:
+        if row < words.RATES:
+            _refuse_accelerations(definitions, f"{effect.key}: {_ROWS[row]}", row, slopes)
+        if row == words.FRICTION:
             slopes = {}  # its torques have them
         if at_zero:
             slopes = {column: tree for column, tree in slopes.items() if columns[column] in strengths}
@@ -105,8 +98,8 @@ def _law(function: str, effect: Effect, rows: Mapping[int, str], table: str) -> 
     for (row, column), tree in sorted(results.items(), key=lambda item: item[0]):
         if at_zero and as_number(tree) == 0.0:
             continue
-        what = names[row] if column == 0 else f"{names[row]} by {columns[column]}"
-        is_shared = moves and row in words.SUMS and columns[column] not in words.OWN and column < words.PARAMETERS
+        what = _ROWS[row] if column == 0 else f"{_ROWS[row]} by {columns[column]}"
+        is_shared = row in words.SUMS and columns[column] not in words.OWN and column < words.PARAMETERS
         of_sums = words.SUMS.index(row) * words.PARAMETERS + column if is_shared else 0
         place = f"sums[{of_sums}] +" if is_shared else f"rows[{row * width + column}] "
         lines.append(f"{place}= {ast.unparse(tree)}  # {what}")
@@ -145,4 +138,4 @@ def paper_text() -> str:
     lines.append(f"return {', '.join(map(ast.unparse, results.values()))}")
     doc = "Torques on the rods, and the inertia between them."
     pushes = _function("pushes", ", ".join(_PAPER_INPUTS), doc, lines)
-    return f"{pushes}\n\n{_law('slopes_of_paper', _PAPER, rows_of(_PAPER, MOTION), MOTION)}"
+    return f"{pushes}\n\n{_law('slopes_of_paper', _PAPER, rows_of(_PAPER), False)}"

@@ -18,16 +18,7 @@ from cdp_ident.machine.compilation import OF_LAW, Addresses, compiled_at, inline
 from cdp_ident.model.effects.catalogue import WRITTEN
 from cdp_ident.model.effects.effect import Effect
 from cdp_ident.model.formulas.algebra import as_number, function_of
-from cdp_ident.model.formulas.code import (
-    MOTION,
-    MOTION_AT_ZERO,
-    READING,
-    READING_AT_ZERO,
-    name_of,
-    paper_text,
-    rows_of,
-    text_of,
-)
+from cdp_ident.model.formulas.code import name_of, paper_text, text_of
 
 _NUMBER, _PLACE = ir.DoubleType(), ir.IntType(64)
 _NUMBERS = _NUMBER.as_pointer()
@@ -43,32 +34,25 @@ pushes, slopes_of_paper = (inlined(_paper[name]) for name in ("pushes", "slopes_
 """The paper's equations, and their derivatives; see `code`."""
 
 
-def motion_law(effect: Effect, is_zero: bool = False) -> int:
-    """Return the address of what an effect's law does to the motion, compiled; 0 where it does nothing.
+def compiled_law(effect: Effect, is_zero: bool = False) -> int:
+    """Return the address of an effect's law, compiled.
 
-    Of no strength it does nothing either, and there are only derivatives by its strengths.
+    Of no strength it does nothing, and there are only derivatives by its strengths, where its states are known then.
     """
-    return _address(effect, MOTION_AT_ZERO if is_zero and effect.known_at_zero and not effect.curve else MOTION)
-
-
-def reading_law(effect: Effect, is_zero: bool = False) -> int:
-    """Return the address of what it does to readings, likewise."""
-    return _address(effect, READING_AT_ZERO if is_zero and effect.known_at_zero else READING)
+    return _address(effect, is_zero and effect.known_at_zero and effect.curve is None)
 
 
 @cache
-def _address(effect: Effect, table: str) -> int:
-    if effect.curve is not None and table == MOTION:
+def _address(effect: Effect, at_zero: bool) -> int:
+    if effect.curve is not None:
         return compiled_at(effect.curve.law, OF_LAW) if effect.curve.law else 0
-    if not rows_of(effect, table):
-        return 0
-    return _machine_code(WRITTEN if effect in WRITTEN else (effect,)).of(name_of(effect, table))
+    return _machine_code(WRITTEN if effect in WRITTEN else (effect,)).of(name_of(effect, at_zero))
 
 
 @cache
 def _machine_code(effects: tuple[Effect, ...]) -> Addresses:
     """Return the laws of effects as machine code; it is that of their formulas, and of our sources."""
-    made_of = [(name_of(one, ""), one.law, one.joint, [p.name for p in one.parameters]) for one in effects]
+    made_of = [(name_of(one), one.law, one.joint, [p.name for p in one.parameters]) for one in effects]
     return Addresses(repr(made_of), lambda: _module_of(text_of(effects)))
 
 

@@ -31,16 +31,15 @@ VALUE, PARAMETERS = 0, 1 + len(VARIABLES)
 """Columns of what compiled laws return: the value, its derivatives by the variables, and from here on by the
 parameters."""
 
-TORQUE1, TORQUE2, FRICTION, CART, RATES = 0, 1, 2, 3, 4
+TORQUE1, TORQUE2, FRICTION, CART, RATES = range(5)
 """Rows of what a law adds to the motion: torques on both rods, the size of dry friction in its joint (all over A22),
 the acceleration of the cart's joint, and the rates of the law's own states."""
-MOTION_ROWS = RATES + MOST_STATES
 SUMS = (TORQUE1, TORQUE2, CART)
 """The rows that all laws add to, in the order of the sums."""
-INNER, OUTER, LATENESS = 0, 1, 2
+INNER, OUTER, LATENESS = (RATES + MOST_STATES + k for k in range(3))
 """Rows of what a law adds to the readings of the inner and the outer encoder [rad], and how late its encoder is read
 [s]."""
-READING_ROWS = 3
+ROWS = LATENESS + 1
 
 OPERATORS = {
     "mean": "the mean of an expression over a variable from 0 to 1: mean(expression, variable)",

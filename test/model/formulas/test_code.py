@@ -12,7 +12,7 @@ from cdp_ident.model.effects.catalogue import CATALOGUE, NAMED, WRITTEN
 from cdp_ident.model.effects.effect import Effect, EffectParameter, Law, State
 from cdp_ident.model.formulas.algebra import FUNCTIONS
 from cdp_ident.model.formulas.code import paper_text, text_of
-from cdp_ident.model.formulas.language import CART, INPUTS, PARAMETERS, VARIABLES
+from cdp_ident.model.formulas.language import CART, INNER, INPUTS, PARAMETERS, ROWS, VARIABLES
 from scenarios.effects import EFFECTS
 
 MINE = Effect(
@@ -31,7 +31,7 @@ def computed(text, name, z, p, widths):
     """Return what a function of the code adds to the sums and sets in its rows, run as Python."""
     scope = {**FUNCTIONS}
     exec(text, scope)
-    sums, rows = [0.0] * 3 * PARAMETERS, [0.0] * 6 * widths
+    sums, rows = [0.0] * 3 * PARAMETERS, [0.0] * ROWS * widths
     scope[name](z, p, sums, rows)
     return sums, rows
 
@@ -75,15 +75,15 @@ def test_what_a_law_does_not_do_is_not_computed():
 
 def test_of_no_strength_there_are_derivatives_by_strengths_alone():
     text = text_of([EFFECTS["stribeck_friction.inner"], EFFECTS["backlash.inner"]])
-    body = ast.unparse(functions(text)["stribeck_friction_inner_motion_at_zero"])
+    body = ast.unparse(functions(text)["stribeck_friction_inner_at_zero"])
     assert set(map(int, re.findall(r"rows\[(\d+)\]", body))) == {PARAMETERS, PARAMETERS + 1}
     z = [0.0] * len(INPUTS)
     z[VARIABLES.index("omega1")] = 0.2
     z[INPUTS.index("direction_inner")] = 1.0
-    _, rows = computed(text, "stribeck_friction_inner_motion_at_zero", z, [0.0, 0.0, 0.5], PARAMETERS + 3)
+    _, rows = computed(text, "stribeck_friction_inner_at_zero", z, [0.0, 0.0, 0.5], PARAMETERS + 3)
     assert rows[PARAMETERS : PARAMETERS + 3] == pytest.approx([-1.0, -0.8521437889662113, 0.0])
-    _, rows = computed(text, "backlash_inner_reading_at_zero", z, [0.0], PARAMETERS + 1)
-    assert rows[PARAMETERS] == -0.5
+    _, rows = computed(text, "backlash_inner_at_zero", z, [0.0], PARAMETERS + 1)
+    assert rows[INNER * (PARAMETERS + 1) + PARAMETERS] == -0.5
 
 
 @pytest.mark.parametrize("name", ["reading_error", "off at_zero", "class"])
