@@ -52,8 +52,8 @@ NO_COMPILER = "no C compiler"
 def derivative(time, state, coefficients):  # type: ignore[no-untyped-def]
     A23, A33, a1, c1, c2, L, g = coefficients
     theta1, theta2, omega1, omega2 = state
-    (sin1, cos1), (sin2, cos2) = sine_and_cosine(theta1), sine_and_cosine(theta2)
-    n1, n2, m = pushes(sin1, cos1, sin2, cos2, omega1, omega2, 0.0, A23, A33, a1, c1, c2, L, g)
+    turned = (*sine_and_cosine(theta1), *sine_and_cosine(theta2))
+    n1, n2, m = pushes(0.0, turned, (omega1, omega2), (A23, A33, a1, c1, c2, L, g))
     inverse = 1.0 / (A33 - m * m)
     return np.array([omega1, omega2, (A33 * n1 - m * n2) * inverse, (n2 - m * n1) * inverse])
 

@@ -61,3 +61,11 @@ def test_no_effect_is_known_by_its_name_outside_its_entry():
                 parts = node.value.split(".")
                 known = names & {".".join(parts[:count]) for count in range(1, len(parts) + 1)}
                 assert not known, f"{path}:{node.lineno} knows {known}"
+
+
+def test_no_function_takes_more_than_ten_parameters():
+    """What is looked at by its place in an argument list could be exchanged unnoticed, above all in compiled code."""
+    for path in (ROOT / "cdp_ident").rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.FunctionDef):
+                assert len(node.args.args) + len(node.args.kwonlyargs) <= 10, f"{path}:{node.lineno} {node.name}"

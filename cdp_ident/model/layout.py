@@ -105,21 +105,8 @@ class Work(NamedTuple):
     """(4, 2 + n) see `MODE` and what follows."""
 
 
-(
-    LAWS,
-    STATES,
-    DIRECTIONS,
-    LANES,
-    ROWS_LENGTH,
-    FILL_RATES,
-    STEP_ON,
-    SETTLE,
-    INSTANT_OF,
-    MAKE_PART,
-    READ_ENCODER,
-    ADVANCE,
-    TABLE,
-) = range(13)
+LAWS, STATES, DIRECTIONS, LANES, ROWS_LENGTH = range(5)
+FILL_RATES, STEP_ON, SETTLE, INSTANT_OF, MAKE_PART, READ_ENCODER, ADVANCE, TABLE = range(5, 13)
 """What stands in a plan: how many laws, states, directions, lanes and rows' numbers there are; the addresses of
 compiled code; and then the laws' table, their lanes, and the modes."""
 

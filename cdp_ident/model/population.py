@@ -110,11 +110,11 @@ def inputs_at_half_steps(segment: Segment, grid: TimeGrid) -> Array:
 
 
 @inlined
-def _accelerations(theta1, theta2, omega1, omega2, inputs, A23, A33, a1, c1, c2, L, g, per_inertia):
-    u, inner, outer = inputs
+def _accelerations(theta1, theta2, omega1, omega2, inputs, pendulum, per_inertia):
+    (u, inner, outer), A33 = inputs, pendulum[1]
     sin1, cos1 = sine_and_cosine(theta1)
     sin2, cos2 = sine_and_cosine(theta2)
-    n1, n2, m = pushes(sin1, cos1, sin2, cos2, omega1, omega2, u, A23, A33, a1, c1, c2, L, g)
+    n1, n2, m = pushes(u, (sin1, cos1, sin2, cos2), (omega1, omega2), pendulum)
     n1, n2 = n1 + per_inertia * (inner - outer), n2 + per_inertia * outer
     inverse = 1.0 / (A33 - m * m)
     return (A33 * n1 - m * n2) * inverse, (n2 - m * n1) * inverse
@@ -159,7 +159,7 @@ def _squared_errors(lanes, start, inputs, step, first_sample, weights, theta, er
             before1[i], before2[i], speed1[i], speed2[i] = theta1[i], theta2[i], omega1[i], omega2[i]
             theta1[i], theta2[i], omega1[i], omega2[i] = _runge_kutta_step(
                 theta1[i], theta2[i], omega1[i], omega2[i], step, (begins, halfway, ends),
-                (A23[i], A33[i], a1[i], c1[i], c2[i], L[i], g[i], per_inertia[i]),
+                ((A23[i], A33[i], a1[i], c1[i], c2[i], L[i], g[i]), per_inertia[i]),
             )  # fmt: skip
         for j in range(first_sample[k], first_sample[k + 1]):
             begin, end, begin_slope, end_slope = weights[j, 0], weights[j, 1], weights[j, 2], weights[j, 3]

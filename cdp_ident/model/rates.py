@@ -131,11 +131,11 @@ def fill_rates(plan, motion, room, state_row, t, u, row, derive):
     z, sums, states = work.z, work.sums[0], work.states
     state = states[state_row]
     fill_inputs(motion, work, state, t)
-    sin1, cos1, sin2, cos2 = z[at.SINES], z[at.SINES + 1], z[at.SINES + 2], z[at.SINES + 3]
+    turned = z[at.SINES], z[at.SINES + 1], z[at.SINES + 2], z[at.SINES + 3]
     A23, A33, a1, c1, c2, L, g = motion[0], motion[1], motion[2], motion[3], motion[4], motion[5], motion[6]
-    n1, n2, m = pushes(sin1, cos1, sin2, cos2, state[2], state[3], u, A23, A33, a1, c1, c2, L, g)
+    n1, n2, m = pushes(u, turned, (state[2], state[3]), (A23, A33, a1, c1, c2, L, g))
     i11, i12, i21, i22 = 1.0, m, m, A33
-    p1, p2 = -a1 * cos1, -A23 / L * cos2
+    p1, p2 = -a1 * turned[1], -A23 / L * turned[3]
     kinds, cart, cart1, cart2, cart_u = 0, 0.0, 0.0, 0.0, 0.0
     if len(laws.table) > 0:
         z[at.ALPHA1], z[at.ALPHA1 + 1], z[at.U] = 0.0, 0.0, 0.0

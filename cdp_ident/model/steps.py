@@ -93,7 +93,7 @@ def compute(plan, given, starts, times, room, results):
         late = _begin(memory, laws, motion, work, starts[m], times, m, next_ones, results)
         first, last = times.steps_at[m], times.steps_at[m + 1]
         reached = max(abs(late[0]), abs(late[1])) < _MOST_PARTS and _make_steps(
-            memory, laws, motion, work, times, m, first, last, late, next_ones, results
+            memory, laws, motion, work, times, m, (first, last), late, next_ones, results
         )
         for r in range(starts.shape[1]):
             results.ends[m, r] = work.states[at.BEGIN, r] if reached else np.nan
@@ -102,7 +102,7 @@ def compute(plan, given, starts, times, room, results):
         if reached and len(results.readings) > 0 and min(next_ones[0], next_ones[1]) < times.samples_at[m + 1]:
             # Up to what the earliest encoder shows of the last sample.
             further = last + math.ceil(-min(late[0], late[1])) + 1
-            _make_steps(memory, laws, motion, work, times, m, last, further, late, next_ones, results)
+            _make_steps(memory, laws, motion, work, times, m, (last, further), late, next_ones, results)
 
 
 @part
@@ -182,12 +182,15 @@ def _fill_step(work, times, m, k):
 
 
 @part
-def _make_steps(memory, laws, motion, work, times, m, first, last, late, next_ones, results):
-    """Make steps of a motion, and return whether their end is reached; samples up to `next_ones` are filled in."""
+def _make_steps(memory, laws, motion, work, times, m, steps, late, next_ones, results):
+    """Make steps of a motion, from the first one to before the last, and return whether their end is reached.
+
+    Samples up to `next_ones` are filled in.
+    """
     (plan, room), n, step = memory, work.states.shape[1], times.step[m]
     state = work.states[at.BEGIN]
     loose, crossed, fresh = at.NO_EVENT, at.NO_EVENT, True
-    for k in range(first, last):
+    for k in range(steps[0], steps[1]):
         if max(abs(state[2]), abs(state[3])) * step > FASTEST:
             return False
         _fill_step(work, times, m, k)
@@ -206,7 +209,7 @@ def _make_steps(memory, laws, motion, work, times, m, first, last, late, next_on
             share = call_for_number(plan[at.MAKE_PART], (plan, motion, room, begin, step, done))
             stopped = work.modes[at.PROGRESS, at.STOPPED]
             reached = done + share if done + share <= 1.0 - AT_ONCE else 1.0
-            _read(memory, motion, work, times, m, k - times.steps_at[m], done, reached, late, next_ones, results)
+            _read(memory, motion, work, times, m, k - times.steps_at[m], (done, reached), late, next_ones, results)
             if stopped >= 0:
                 copy(work.states[at.RATES_AT + 4], work.states[at.TRIAL])
             accept(work)
@@ -227,8 +230,9 @@ def _make_steps(memory, laws, motion, work, times, m, first, last, late, next_on
 
 
 @part
-def _read(memory, motion, work, times, m, k, done, reached, late, next_ones, results):
-    """Read the motion at all samples in a part of a step."""
+def _read(memory, motion, work, times, m, k, part_of_step, late, next_ones, results):
+    """Read the motion at all samples in a part of a step, between two shares of it."""
+    done, reached = part_of_step
     step, last = times.step[m], k == times.steps_at[m + 1] - times.steps_at[m] - 1
     end, share = times.samples_at[m + 1], reached - done
     for joint in range(2 if len(results.readings) > 0 else 0):

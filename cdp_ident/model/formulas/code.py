@@ -24,7 +24,8 @@ _ROWS = (
     *("inner reading", "outer reading", "lateness"),
 )
 """What rows are called, in their order."""
-_PAPER_INPUTS = ("sin1", "cos1", "sin2", "cos2", "omega1", "omega2", "u", *words.COEFFICIENTS)
+_PAPER_INPUTS = {"turned": words.TURNED, "speeds": words.STATE[2:], "pendulum": words.COEFFICIENTS}
+"""Inputs of the equations of motion beside the cart's acceleration u, as tuples that have names."""
 _PAPER = Effect("equations of motion", "base", "", Law(torques=words.PAPER), (), "the paper")
 """What is left of the equations of motion, as a law."""
 
@@ -134,8 +135,9 @@ def paper_text() -> str:
     left = [definitions.value("torque", text) for text in words.PAPER]
     inertia = negative(definitions.slope(left[0], "alpha2"))
     results, needed = definitions.given(dict(enumerate((*left, inertia))), dict.fromkeys(("alpha1", "alpha2"), 0))
-    lines = _body(needed, results.values(), {})
+    lines = [f"{', '.join(names)} = {given}" for given, names in _PAPER_INPUTS.items()]
+    lines += _body(needed, results.values(), {})
     lines.append(f"return {', '.join(map(ast.unparse, results.values()))}")
     doc = "Torques on the rods, and the inertia between them."
-    pushes = _function("pushes", ", ".join(_PAPER_INPUTS), doc, lines)
+    pushes = _function("pushes", f"u, {', '.join(_PAPER_INPUTS)}", doc, lines)
     return f"{pushes}\n\n{_law('slopes_of_paper', _PAPER, rows_of(_PAPER), False)}"

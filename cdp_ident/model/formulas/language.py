@@ -18,8 +18,10 @@ COEFFICIENTS = ("A23", "A33", "a1", "c1", "c2", "L", "g")
 """The base parameters over A22, L [m] and g [m/s^2]."""
 VARIABLES = (*STATE, *ACCELERATIONS, *OWN, *COEFFICIENTS)
 """What laws are differentiated by, beside their parameters: they are first among the inputs of compiled code."""
+TURNED = ("sin1", "cos1", "sin2", "cos2")
+"""Sines and cosines of theta1 and theta2."""
 GIVEN = (
-    *("t", "direction_inner", "direction_outer", "outer_length", "carried", "sin1", "cos1", "sin2", "cos2"),
+    *("t", "direction_inner", "direction_outer", "outer_length", "carried", *TURNED),
     *("drive_inner", "drive_outer", "drive_rate_inner", "drive_rate_outer"),
     *("drive_curvature_inner", "drive_curvature_outer"),
 )
