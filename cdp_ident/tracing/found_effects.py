@@ -21,7 +21,7 @@ from cdp_ident.tracing.selection import Certainty, Selection
 
 POINTS = 120
 """Points at which a curve is described, over the range that the motion covers."""
-_LARGEST = EffectParameter("largest", "N m", -np.inf, np.inf, 0.0, inertia_power=1)
+_LARGEST = EffectParameter("largest", "N m", -np.inf, np.inf, 0.0)
 _AT = {
     "angle": EffectParameter("at", "rad", -np.pi, np.pi, 0.0),
     "speed": EffectParameter("at", "rad/s", 0.0, 0.0, 0.0),

@@ -101,8 +101,7 @@ def _in_both(
 ) -> Iterator[Effect]:
     lowest = 0.0 if dry else -500.0
     parameters = tuple(
-        EffectParameter(f"c{k}", "N m", lowest, 500.0, 0.5 + 0.2 * math.sin(0.4 * k), width=5.0, inertia_power=1)
-        for k in range(count)
+        EffectParameter(f"c{k}", "N m", lowest, 500.0, 0.5 + 0.2 * math.sin(0.4 * k), width=5.0) for k in range(count)
     )
     for joint in JOINTS:
         law = _spline_law(f"{variant}_{joint}", joint, Curve(over, count), dry)

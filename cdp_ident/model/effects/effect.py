@@ -3,9 +3,10 @@
 """The description of an effect, from which it is searched, fitted, reported, simulated and served."""
 
 import math
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any, Literal
 
 from cdp_ident.model.formulas.language import ACCELERATIONS
@@ -16,6 +17,22 @@ JOINTS: tuple[Joint, Joint] = ("inner", "outer")
 """The joints between bodies, in the order of the angles."""
 HARMONIC = "sine*sin(periods*angle) + cosine*cos(periods*angle)"
 """What repeats so many times a turn of a joint, with parameters in this order."""
+UNITS = {"kg": 1, "N": 1, "J": 1, "W": 1, "Pa": 1, "m": 0, "s": 0, "rad": 0, "Hz": 0, "1": 0}
+"""Units of parameters, and how often each has a mass."""
+_UNIT = re.compile(r"([A-Za-z]+|1)(?:\^(-?\d))?")
+
+
+@cache
+def mass_in(unit: str) -> int:
+    """Return how often a unit has a mass. Raises `ValueError` where it is none, as N m s/rad or m^2 are."""
+    total = 0
+    for sign, part in zip((1, *([-1] * unit.count("/"))), unit.split("/"), strict=True):
+        for factor in part.replace("*", " ").strip("() ").split():
+            found = _UNIT.fullmatch(factor)
+            if not found or found[1] not in UNITS:
+                raise ValueError(f"{factor} is no unit")
+            total += sign * UNITS[found[1]] * int(found[2] or 1)
+    return total
 
 
 @dataclass(frozen=True)
@@ -34,8 +51,8 @@ class EffectParameter:
     width: float = 0.0
     """Standard deviation of its value beforehand, in the unit of the fit; by default a hundred times the typical
     value, of a shape parameter twice that."""
-    inertia_power: int = 0
-    """The physical value is the fit's times A22 to this power: 1 for torques, which the model has over A22."""
+    power: int | None = None
+    """The physical value is the fit's times A22 to this power; by default that of the mass in the unit."""
     begins: tuple[str, ...] = ()
     """Formulas of values to begin fits with, where the effect takes the place of one that it contains: of that one's
     parameters and the coefficients. An effect that contains none is looked for at each of these."""
@@ -47,6 +64,11 @@ class EffectParameter:
     """Whether it is a mass that a joint carries, to which weights clamped beyond the joint add."""
     resolves: Literal["", "speed", "angle"] = ""
     """Whether it is a joint's speed or angle within which the law changes much: the integrator's steps resolve it."""
+
+    @property
+    def inertia_power(self) -> int:
+        """The physical value is the fit's times A22 to this power: 1 for torques, which the model has over A22."""
+        return mass_in(self.unit) if self.power is None else self.power
 
     @property
     def fixed(self) -> bool:

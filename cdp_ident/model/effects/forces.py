@@ -34,9 +34,9 @@ _SECTORS = _AROUND[::2]
 _STOPS = tuple(f"{sign}{angle}" for sign in ("", "-") for angle in (0.5, 0.8, 1.2, 1.6, 2.0, 2.5, 3.0))
 """Angles that a stop is looked for at [rad]."""
 
-_TORQUE = EffectParameter("torque", "N m", -200.0, 200.0, 0.01, inertia_power=1)
-_STIFFNESS = EffectParameter("stiffness", "N m/rad", 0.0, 1000.0, 0.1, inertia_power=1)
-_DRAG = EffectParameter("coefficient", "N m s^2", 0.0, 2.0, 0.005, inertia_power=1)
+_TORQUE = EffectParameter("torque", "N m", -200.0, 200.0, 0.01)
+_STIFFNESS = EffectParameter("stiffness", "N m/rad", 0.0, 1000.0, 0.1)
+_DRAG = EffectParameter("coefficient", "N m s^2", 0.0, 2.0, 0.005)
 # No length of the outer rod is in the paper's model; its centre of mass does not determine where it ends.
 _LENGTH_RATIO = EffectParameter("length_ratio", "1", 0.3, 3.0, 1.0, shape=True, optional=True)
 _ACROSS, _BLUNT = (
@@ -89,7 +89,7 @@ def _cogging(periods: int) -> tuple[Effect, ...]:
         f"a torque that repeats {periods} times a turn",
         Law(torque=HARMONIC),
         periods,
-        EffectParameter("", "N m", -200.0, 200.0, 0.05, inertia_power=1),
+        EffectParameter("", "N m", -200.0, 200.0, 0.05),
         "detent torque of a motor or a magnet ring: Hendershot and Miller, 1994",
     )
 
@@ -100,7 +100,7 @@ def _varying_viscosity(periods: int) -> tuple[Effect, ...]:
         f"viscous friction that varies {'once' if periods == 1 else 'twice'} a turn",
         Law(torque="-speed*(sine*sin(periods*angle) + cosine*cos(periods*angle))"),
         periods,
-        EffectParameter("", "N m s", -50.0, 50.0, 0.01, inertia_power=1),
+        EffectParameter("", "N m s", -50.0, 50.0, 0.01),
         "eddy currents beside a magnet, or a bent axle: Heald, Magnetic braking, Am. J. Phys. 56, 1988",
     )
 
@@ -114,7 +114,7 @@ def _impulse(joint: Joint, lasts: bool) -> Effect:
         "a push on the rod" if lasts else "an impulse on the rod",
         Law(torques=(pulse, "") if joint == "inner" else ("", pulse)),
         (
-            EffectParameter("impulse", "N m s", -50.0, 50.0, 0.05, inertia_power=1),
+            EffectParameter("impulse", "N m s", -50.0, 50.0, 0.05),
             TIME,
             *([EffectParameter("duration", "s", _SHORTEST, 2.0, 0.1, shape=True)] if lasts else []),
         ),
@@ -125,7 +125,7 @@ def _impulse(joint: Joint, lasts: bool) -> Effect:
     )
 
 
-_COMPLIANCE = EffectParameter("compliance", "m/N", 0.0, 1e-2, 1e-5, inertia_power=-1)
+_COMPLIANCE = EffectParameter("compliance", "m/N", 0.0, 1e-2, 1e-5)
 _FREE_PULL = "a1*(cos(theta1)*free1 - sin(theta1)*omega1^2) + m2_l2*(cos(theta2)*free2 - sin(theta2)*omega2^2)"
 _ROUGHLY_RODS, _HEAVIER = "(a1^2 + m2_l2^2/A33)", (4, 1.5, 12)
 """Roughly the rods' mass over A22, and how many times as heavy what moves along may be: fits begin with each."""
@@ -152,7 +152,7 @@ FORCES = (
         "joint_spring",
         "a spring across the joint that stiffens",
         Law(torque="torque - stiffness*angle - hardening*angle^3"),
-        [_STIFFNESS, _TORQUE, EffectParameter("hardening", "N m/rad^3", -100.0, 100.0, 0.01, inertia_power=1)],
+        [_STIFFNESS, _TORQUE, EffectParameter("hardening", "N m/rad^3", -100.0, 100.0, 0.01)],
         "Duffing: Kovacic and Brennan, The Duffing Equation, 2011",
         variant="hardening",
         contains="joint_spring",
@@ -173,7 +173,7 @@ FORCES = (
             where=(("away", "2*atan(tan((angle - place)/2))"),),
         ),
         [
-            EffectParameter("pull", "N m/rad", -1000.0, 1000.0, 0.1, inertia_power=1),
+            EffectParameter("pull", "N m/rad", -1000.0, 1000.0, 0.1),
             EffectParameter("place", "rad", -math.pi, math.pi, 0.0, width=2.0, begins=_AROUND, shape=True),
             EffectParameter("reach", "rad", 0.03, 1.0, 0.2, shape=True, resolves="angle"),
             EffectParameter("tail", "1", 1e-3, 1.0, 0.4, shape=True),
@@ -189,7 +189,7 @@ FORCES = (
             where=(("past", "angle - place"), ("pressed", "1 + loss*speed*sign(place)")),
         ),
         [
-            EffectParameter("stiffness", "N m/rad", 0.0, 5000.0, 1.0, inertia_power=1),
+            EffectParameter("stiffness", "N m/rad", 0.0, 5000.0, 1.0),
             EffectParameter("place", "rad", -2.0 * math.pi, 2.0 * math.pi, 0.0, width=2.0, begins=_STOPS, shape=True),
             EffectParameter("loss", "s/rad", 0.0, 10.0, 0.1, shape=True),
         ],
@@ -224,7 +224,7 @@ FORCES = (
             where=(("away", "2*atan(tan((angle - place)/2))"),),
         ),
         [
-            EffectParameter("coefficient", "N m s", 0.0, 50.0, 0.01, inertia_power=1),
+            EffectParameter("coefficient", "N m s", 0.0, 50.0, 0.01),
             EffectParameter("place", "rad", -math.pi, math.pi, 0.0, width=2.0, begins=_SECTORS, shape=True),
             EffectParameter("reach", "rad", 0.05, 1.5, 0.3, shape=True),
         ],
@@ -238,7 +238,7 @@ FORCES = (
         # A rotor of inertia J that turns n times as fast as the joint: coupling = J n (1 - n), and the rest of its
         # inertia is in that of the rods.
         Law(torques=("-coupling*alpha2", "-coupling*alpha1")),
-        (EffectParameter("coupling", "kg m^2", -0.9, 0.9, -0.02, inertia_power=1),),
+        (EffectParameter("coupling", "kg m^2", -0.9, 0.9, -0.02),),
         "kinetic energy of a rotor at the speed omega1 + n (omega2 - omega1): Siciliano et al., Robotics, 2009, 7.2",
     ),
     *(_impulse(joint, lasts) for lasts in (False, True) for joint in JOINTS),
@@ -286,7 +286,7 @@ MOTORS = Effect(
         ),
     ),
     (
-        EffectParameter("gain", "1", 0.0, math.inf, 1.0, inertia_power=1),
+        EffectParameter("gain", "1", 0.0, math.inf, 1.0, power=1),
         EffectParameter("imbalance", "1", -0.5, 1.0, 0.0, shape=True),
         EffectParameter("lag_inner", "s", -_LATE, _LATE, 0.0, width=0.005, shape=True),
         EffectParameter("lag_outer", "s", -_LATE, _LATE, 0.0, width=0.005, shape=True),

@@ -11,7 +11,7 @@ from cdp_ident.model.effects.effect import Effect, EffectParameter, Law, State, 
 
 
 def _torque(name: str) -> EffectParameter:
-    return EffectParameter(name, "N m", 0.0, 500.0, 0.05, inertia_power=1)
+    return EffectParameter(name, "N m", 0.0, 500.0, 0.05)
 
 
 _SET_VALUED = "set-valued: Leine and Nijmeijer, Dynamics and Bifurcations of Non-smooth Mechanical Systems, 2004"
@@ -51,7 +51,7 @@ def _load_friction(joint: str, mass: float, moment: str) -> Effect:
         (
             EffectParameter("lever", "m", 0.0, 0.2, 1e-3),
             # What hangs on the bearing; no zero-input motion of the paper's model shows a mass by itself.
-            EffectParameter("mass", "kg", 0.01, 1000.0, mass, inertia_power=1, shape=True, includes_weights=True),
+            EffectParameter("mass", "kg", 0.01, 1000.0, mass, shape=True, includes_weights=True),
         ),
         "Coulomb friction in a loaded bearing, the load from the constraint forces: SKF, Rolling Bearings, 2018",
     )
@@ -81,7 +81,7 @@ FRICTION = (
         "drifting_friction",
         "dry friction that changes along a trial",
         Law(friction="now*step(now)", where=(("now", "torque + drift*t"),)),
-        [_torque("torque"), EffectParameter("drift", "N m/s", -50.0, 50.0, 0.005, inertia_power=1)],
+        [_torque("torque"), EffectParameter("drift", "N m/s", -50.0, 50.0, 0.005)],
         f"a bearing that warms up, to first order; {_SET_VALUED}",
         contains="coulomb_friction",
     ),
@@ -91,7 +91,7 @@ FRICTION = (
         Law(friction="now*step(now)", where=(("now", "last_torque + change*exp(-t/time_constant)"),)),
         [
             ends_at(_torque("last_torque"), "torque"),
-            *dies_away(EffectParameter("change", "N m", -500.0, 500.0, 0.05, inertia_power=1)),
+            *dies_away(EffectParameter("change", "N m", -500.0, 500.0, 0.05)),
         ],
         f"a bearing that warms up; {_SET_VALUED}",
         variant="relaxing",
@@ -101,14 +101,14 @@ FRICTION = (
         "drifting_viscosity",
         "viscous friction that changes along a trial",
         Law(torque="-drift*t*speed"),
-        [EffectParameter("drift", "N m", -50.0, 50.0, 0.001, inertia_power=1)],
+        [EffectParameter("drift", "N m", -50.0, 50.0, 0.001)],
         "a lubricant or a magnet's disc that warms up, to first order",
     ),
     *in_joints(
         "drifting_viscosity",
         "viscous friction that changes along a trial, ever more slowly",
         Law(torque="-change*exp(-t/time_constant)*speed"),
-        dies_away(EffectParameter("change", "N m s", -50.0, 50.0, 0.01, inertia_power=1)),
+        dies_away(EffectParameter("change", "N m s", -50.0, 50.0, 0.01)),
         "a lubricant or a magnet's disc that warms up",
         variant="relaxing",
         contains="drifting_viscosity",
@@ -128,7 +128,7 @@ FRICTION = (
         "quadratic_friction",
         "friction that grows with the square of the joint's speed",
         Law(torque="-coefficient*speed*abs(speed)"),
-        [EffectParameter("coefficient", "N m s^2", 0.0, 2.0, 0.005, inertia_power=1)],
+        [EffectParameter("coefficient", "N m s^2", 0.0, 2.0, 0.005)],
         "turbulent lubricant or fan drag of the joint: White, Fluid Mechanics, 2011",
     ),
     _load_friction("inner", 7.0, "a1"),

@@ -27,7 +27,7 @@ import numpy as np
 
 from cdp_ident.errors import OptionError
 from cdp_ident.model.effects import catalogue
-from cdp_ident.model.effects.effect import JOINTS, Effect, EffectParameter, Law, State
+from cdp_ident.model.effects.effect import JOINTS, UNITS, Effect, EffectParameter, Law, State, mass_in
 from cdp_ident.model.formulas import language as words
 from cdp_ident.model.formulas.algebra import Tree
 from cdp_ident.model.formulas.compiled import compiled_law
@@ -46,9 +46,6 @@ _PARAMETER_KEYS = ("unit", "limits", "typical", "prior_width", "shape", "begins"
 _STATE_KEYS = ("rate", "limit", "start_std")
 _PLACES = (*JOINTS, "base")
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,40}")
-_UNITS = {"kg": 1, "N": 1, "J": 1, "W": 1, "Pa": 1, "m": 0, "s": 0, "rad": 0, "Hz": 0, "1": 0}
-"""Units of parameters, and how often each has a mass."""
-_UNIT = re.compile(r"([A-Za-z]+|1)(?:\^(-?\d))?")
 _MOST_RATES = 3
 """Rates of change in a law, at most."""
 _MOST = 20
@@ -207,7 +204,12 @@ def _parameter(name: Any, given: Any, inertia: float, where: str) -> EffectParam
         raise OptionError(f"{where}: {missing[0]} is missing")
     _name(name, f"parameter in {where}")
     unit, limits = content["unit"], content["limits"]
-    power = _mass_of_unit(str(unit), where)
+    try:
+        scale = inertia ** mass_in(str(unit))
+    except ValueError:
+        raise OptionError(
+            f"{where}: unit is {quoted(unit)}; expected SI units: {', '.join(UNITS)}, as in N m s/rad or m^2"
+        ) from None
     if not isinstance(limits, list) or len(limits) != 2:
         raise OptionError(f"{where}: limits is {quoted(limits)}; expected the lowest and the highest value")
     lower = number(limits[0], f"{where}: lower limit", -math.inf)
@@ -226,27 +228,12 @@ def _parameter(name: Any, given: Any, inertia: float, where: str) -> EffectParam
         )
     if resolves not in ("", "speed", "angle"):
         raise OptionError(f"{where}: resolves is {quoted(resolves)}; expected speed or angle")
-    scale = inertia**power
     values = [number(value, f"{where}: begins", lower, upper) / scale for value in begins]
     lower, upper, typical, width = (value / scale for value in (lower, upper, typical, width))
     return EffectParameter(
         name, str(unit), lower, upper, typical, width,
-        inertia_power=power, begins=tuple(map(repr, values)), shape=shape, resolves=resolves,
+        begins=tuple(map(repr, values)), shape=shape, resolves=resolves,
     )  # fmt: skip
-
-
-def _mass_of_unit(unit: str, where: str) -> int:
-    """Return how often a unit has a mass."""
-    total = 0
-    for sign, part in zip((1, *([-1] * unit.count("/"))), unit.split("/"), strict=True):
-        for factor in part.replace("*", " ").strip("() ").split():
-            found = _UNIT.fullmatch(factor)
-            if not found or found[1] not in _UNITS:
-                raise OptionError(
-                    f"{where}: unit is {quoted(unit)}; expected SI units: {', '.join(_UNITS)}, as in N m s/rad or m^2"
-                )
-            total += sign * _UNITS[found[1]] * int(found[2] or 1)
-    return total
 
 
 def _checked(text: Any, masses: Mapping[str, int], where: str, expected: int | None = None) -> int:
