@@ -25,7 +25,7 @@ from cdp_ident.model.formulas.algebra import (
     rebuilt,
 )
 from cdp_ident.model.formulas.language import DERIVED, FREE, GIVEN, OF_JOINT, PAPER, STATE, VARIABLES
-from cdp_ident.model.formulas.syntax import parse, tree_of
+from cdp_ident.model.formulas.syntax import levels, parse, tree_of
 
 Key = TypeVar("Key")
 
@@ -49,6 +49,8 @@ _MOTION = {"theta1": "omega1", "theta2": "omega2", "omega1": "free1", "omega2": 
 """Rates of change along the motion of the paper's model, its cart at rest."""
 _TIME = "time along the motion"
 """What stands for it where others are differentiated by a name."""
+_LONG = 12
+"""Parts within parts of a formula that is one definition: its derivatives have some times as many."""
 _POINTS = 4
 """Points of a mean: Gauss and Legendre's rule is exact for polynomials of seventh degree."""
 
@@ -91,7 +93,10 @@ class Definitions:
         return self._define(what.replace(" ", "_"), tree)
 
     def _expression(self, tree: Tree) -> Tree:
-        """Return a formula in inputs, names of definitions, and numbers."""
+        """Return a formula in inputs, names of definitions, and numbers; what is long is put together of short ones."""
+        if isinstance(tree, ast.BinOp) and levels(tree) > _LONG:
+            sides = [self._define("part", self._expression(side)) for side in (tree.left, tree.right)]
+            return combined(type(tree.op), *sides)
         return rebuilt(tree, self._named, self._called)
 
     def _named(self, name: str) -> Tree:

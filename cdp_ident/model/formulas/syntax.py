@@ -27,6 +27,8 @@ _LONGEST = 2000
 """Characters of a formula, at most."""
 _DEEPEST = 60
 """Brackets in brackets, at most."""
+_MOST_LEVELS = 200
+"""Parts within parts, as sums are of what is summed before, at most."""
 _NO_SIGNS = "#\\`@$!?;:\"'{}"
 _ONE_AT_A_TIME = threading.Lock()
 """Python's parser fails where two threads use it at once: github.com/python/cpython/issues/106905."""
@@ -56,10 +58,9 @@ def parse(text: str, names: Collection[str], where: str) -> Tree:
     except (SyntaxError, ValueError, MemoryError, RecursionError) as error:
         place = _place(text, (getattr(error, "offset", None) or 1) - 1)
         raise _at(where, text, place, "this is no formula") from None
-    try:
-        _Check(names, where, text).visit(tree)
-    except RecursionError:
-        raise OptionError(f"{where}: the formula has too many parts in each other") from None
+    if levels(tree) > _MOST_LEVELS:
+        raise OptionError(f"{where}: the formula has too many parts in each other: over {_MOST_LEVELS}")
+    _Check(names, where, text).visit(tree)
     return tree
 
 
@@ -73,6 +74,14 @@ def _depth(text: str) -> int:
     """Return how many brackets are in each other at most."""
     steps = [(character in "([{") - (character in ")]}") for character in text]
     return max(accumulate(steps, initial=0))
+
+
+def levels(tree: Tree) -> int:
+    """Return how many parts are in each other."""
+    levels, nodes = 0, list[ast.AST]([tree])
+    while nodes:
+        levels, nodes = levels + 1, [part for node in nodes for part in ast.iter_child_nodes(node)]
+    return levels
 
 
 def _place(text: str, place: int) -> int:

@@ -145,6 +145,21 @@ def test_a_definition_is_made_once_and_needed_ones_come_in_their_order():
     assert sum("sin(" in ast.unparse(tree) for tree in needed.values()) == 1
 
 
+@pytest.mark.parametrize(
+    ("text", "longest"),
+    [("size" + "*(1 + speed)" * 60, 2e3), ("rate(rate(size" + "/(1 + angle^2)" * 60 + "))", 1e5)],
+    ids=["once", "three times differentiated"],
+)
+def test_a_long_formula_is_put_together_of_short_definitions(text, longest):
+    made = definitions()
+    value = made.value("it", text)
+    needed = made.needed([value, *(made.slope(value, name) for name in STATE)])
+    assert max(len(ast.unparse(tree)) for tree in needed.values()) < longest
+    sides = [value_of(text, values=VALUES | {"theta2": VALUES["theta2"] + side * 1e-6}) for side in (1, -1)]
+    expected = (sides[0] - sides[1]) / 2e-6
+    assert number(made, made.slope(value, "theta2")) == pytest.approx(expected, rel=1e-6, abs=1e-12)
+
+
 def test_where_names_have_given_values_what_is_then_not_needed_is_left_out():
     made = definitions(shape="exp(-(speed/width)^2)")
     value = made.value("it", "size*shape")
