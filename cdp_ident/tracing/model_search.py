@@ -68,33 +68,35 @@ class ModelSearch:
     def __init__(
         self,
         paper: WholeSwings,
-        say: Callable[[str], None],
-        stop: Callable[[], bool],
-        trying: Callable[[str], None],
         named_only: bool,
-        errors: OverWindows,
+        errors: OverWindows | None = None,
+        say: Callable[[str], None] = lambda line: None,
+        stop: Callable[[], bool] = lambda: False,
+        trying: Callable[[str], None] = lambda line: None,
+        begin: WholeSwings | None = None,
     ) -> None:
         """Begin with the paper's model.
 
         Args:
             paper: the paper's model, fitted.
+            named_only: whether nonparametric torques are left out.
+            errors: what models leave over windows; without it evidence alone decides.
             say: called with a line of text after each step.
             stop: asked repeatedly; true ends the search.
             trying: called with what is tried next.
-            named_only: whether nonparametric torques are left out.
-            errors: what models leave over windows.
+            begin: the best model until now, if that is another one.
         """
-        self._errors = errors
+        self._errors = errors or OverWindows((), paper.recorded.encoders)
         self._recorded, self._say, self._stop, self._trying = paper.recorded, say, stop, trying
         self._named_only = named_only
-        self.fitted: dict[Key, WholeSwings] = {}
+        self.fitted: dict[Key, WholeSwings] = {_key(found.model): found for found in (paper, begin) if found}
         """All models, by their effects."""
         self._to_beat: dict[Key, float] = {}
         """Misfits that the fits of these were to beat: some were given up."""
         self.steps: list[Step] = []
         self.failures: list[str] = []
         self._scores: dict[int, tuple[WholeSwings, list[Score]]] = {}
-        self.paper = self.best = self.fitted[_key(paper.model)] = paper
+        self.paper, self.best = paper, begin or paper
 
     def cost(self, found: WholeSwings) -> float:
         """Return twice the logarithm of how much less probable a model is than the best one until now."""
