@@ -5,7 +5,7 @@
 import math
 import re
 import shlex
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from cdp_ident.report.curves import Curves
 from cdp_ident.report.document import Chapter, Charts, Code, Document, Parts, Row, Sentences, Table
@@ -96,23 +96,17 @@ def _to_repeat(report: Section) -> Parts:
         (name, "–" if value in (None, "") else f"{value:.6g}" if isinstance(value, float) else str(value))
         for name, value in run["options"].items()
     ]
+    of_trial: dict[str, Callable[[Section], str]] = {
+        "bag": lambda trial: trial["bag"],
+        "role": role_words,
+        "samples": lambda trial: f"{trial['samples']:.0f}",
+        "free swing [s]": lambda trial: f"{trial['start_s']:.2f} to {trial['start_s'] + trial['duration_s']:.2f}",
+        "weights": lambda trial: weights_words(trial) or "–",
+        "what was cut or noticed": lambda trial: "; ".join(trial["warnings"]),
+    }
     return (
         Sentences((Code(_command(report)),)),
-        Table(
-            "Trials",
-            ("bag", "role", "samples", "free swing [s]", "weights", "what was cut or noticed"),
-            [
-                (
-                    trial["bag"],
-                    role_words(trial),
-                    f"{trial['samples']:.0f}",
-                    f"{trial['start_s']:.2f} to {trial['start_s'] + trial['duration_s']:.2f}",
-                    weights_words(trial) or "–",
-                    "; ".join(trial["warnings"]),
-                )
-                for trial in report["trials"]
-            ],
-        ),
+        Table.of("Trials", report["trials"], of_trial),
         Table("Checksums (SHA-256)", ("bag", "file", "sum"), checksums, at_terminal=False),
         Table("Search", ("", ""), list(_search(report)), at_terminal=False),
         Table("Versions", ("package", "version"), list(run["versions"].items()), at_terminal=False),

@@ -247,7 +247,6 @@ def advice_map(report: Section) -> Iterator[Figure]:
         "intervals fall, the deeper the further, or of a value that no trial shows yet its interval then; of two "
         "effects, vermilion: by how many standard deviations they would differ. The ring is the start to take; "
         f"its number is that for a hand that misses by up to {HAND:.0f}°.",
-        " ".join(f"{words}." for words in advice_words(report)),
         [_panel(advice) for advice in found["advice"]],
     )
 

@@ -214,7 +214,7 @@ def _trace(mark: Mark, arrays: Arrays) -> Json:
     trace["text"] = [_literal(words) for words in mark.words]
     if isinstance(mark, Bars):
         return trace | {
-            "type": "bar", "x": mark.lengths, "y": mark.positions, "width": mark.thickness,
+            "type": "bar", "x": mark.x, "y": mark.y, "width": mark.thickness,
             "marker": {"color": colour},
             "insidetextfont": {"color": _colour("ink" if mark.colour == "noise" else "surface")},
         }  # fmt: skip

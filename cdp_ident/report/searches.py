@@ -148,13 +148,11 @@ def search_figures(searches: Searches) -> Iterator[Figure]:
     errors, fitnesses = ([line for pair in shown.items() for line in _lines(*pair, of)] for of in ("E", "H"))
     generations = errors[0].x
     floor = np.full(len(generations), searches.noise_error)
-    ends = [f"{a.name} from {a.courses[0].end.error:.3g} to {a.courses[-1].end.error:.3g} rad²" for a in shown.values()]
     yield Figure(
         "evolution",
         "Evolution of the best chromosome",
         f"Best error and its fitness (Eq. 7) after each generation: thin, each of {len(first.courses)} searches, which "
         "differ by the seed; thick, their median. As the paper's Figs. 7, 9 and 13, which show one search each.",
-        f"Best errors after the last generation: {'; '.join(ends)}.",
         [
             _evolution([*errors, Line("the encoders' noise alone", "noise", generations, floor, dash="dash")]),
             Panel(_GENERATION, Axis("fitness H(Z)"), fitnesses),
@@ -196,7 +194,6 @@ def best_error(report: Section) -> Iterator[Figure]:
         "Evolution of the best error",
         f"Squared error (Eq. 10) of the best chromosome after each generation of the search ({name}), from which the "
         "refinement starts. As the paper's Figs. 7, 9 and 13.",
-        f"From {history[0]:.4g} to {history[-1]:.4g} rad² in {len(history) - 1} generations.",
         [_evolution([Line(name, "after", np.arange(len(history), dtype=float), history, 2.0)])],
     )
 

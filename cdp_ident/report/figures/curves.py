@@ -104,18 +104,7 @@ def measured_and_simulated(
         errors = [Line(model.label, model.key, time, 1e3 * error[:, column], 1.2) for model, error in left.items()]
         above.append(Panel(_TIME, Axis(f"{angle} [rad]"), lines, height=190, held_out=held_out))
         below.append(Panel(_TIME, Axis(f"error of {angle} [mrad]"), errors, height=150, held_out=held_out))
-    said = (
-        f"{title}, over {time[-1]:.3g} s. Measured less simulated: {'; '.join(map(_rms_words, left, left.values()))}."
-    )
-    return Figure(name, title, caption, said, [*above, *below], shared_x=True)
-
-
-def _rms_words(model: Model, left: Array) -> str:
-    known = left[np.isfinite(left).all(axis=1)]
-    if not len(known):
-        return f"{model.label}: diverged"
-    rms = 1e3 * np.sqrt(np.mean(known**2, axis=0))
-    return f"{model.label}: {rms[0]:.3g} mrad rms in θ1 and {rms[1]:.3g} mrad in θ2"
+    return Figure(name, title, caption, [*above, *below], shared_x=True)
 
 
 def _held_out(curve: TrialCurves) -> list[tuple[float, float]]:
@@ -153,11 +142,6 @@ def missing_torques(report: Section, curves: Curves) -> Iterator[Figure]:
     if not lacking:
         return  # effects were not looked for, or nothing is missing
     unit = _Unit.of(report)
-    sizes = "; ".join(
-        f"{joint} joint "
-        + ", ".join(f"{_rms(unit.size * torques.missing[:, k]):.3g} {model.key}" for model, torques in shown)
-        for k, joint in enumerate(JOINTS)
-    )
 
     def over(abscissa: str) -> Iterator[Panel]:
         for column in lacking:
@@ -188,7 +172,6 @@ def missing_torques(report: Section, curves: Curves) -> Iterator[Figure]:
             "Torque that no law of a model gives, as the motion shows it: what is most likely, given all readings, "
             "with a band of one standard deviation; in a joint that is not shown, none is missing beyond chance."
             f"{unit.caption}{note}",
-            f"Missing torque over {name}, root mean square in {unit.name}: {sizes}.",
             list(panels),
         )
 
@@ -215,8 +198,6 @@ def effects_through_residuals(report: Section, curves: Curves) -> Iterator[Figur
             f"{capitalised(title)}, through what is missing without it",
             f"What the final model would lack without this effect, and the effect's own torque: {effect['formula']}. "
             "It is a line where it depends on nothing but what is along the axis." + unit.caption,
-            f"{title}: a torque between {fitted.min():.3g} and {fitted.max():.3g} {unit.name}. In the joint "
-            f"{_rms(without):.3g} {unit.name} rms are missing without it, {_rms(without - fitted):.3g} with it.",
             panels,
         )
 
@@ -232,20 +213,14 @@ def nonparametric_torques(report: Section) -> Iterator[Figure]:
         marks = [Line("the torque", "after", x, torque, 2.5), *_band("95 % band", x, torque, CONFIDENCE * std)]
         axis = Axis(_LABELS[curve["over"]].format(effect["joint"]))
         title, likeness = effect_title(effect), f" It is like that of {curve['likeness']}." if curve["likeness"] else ""
-        place = int(np.argmax(np.abs(torque)))
         yield Figure(
             f"curve_{index}_{effect['name']}_{effect['joint']}",
             capitalised(title),
             "A nonparametric torque, as the motion shows it, over the range that the motion covers."
             + likeness
             + unit.caption,
-            f"{title}: up to {torque[place]:.3g} ± {std[place]:.2g} {unit.name} at {x[place]:.3g}." + likeness,
             [Panel(axis, unit.axis(effect["joint"]), marks, height=240)],
         )
-
-
-def _rms(torque: Array) -> float:
-    return float(np.sqrt(np.mean(torque**2)))
 
 
 def _dots(label: str, colour: Colour, x: Array, y: Array, size: float = 4.0, opacity: float = 0.3) -> Line:
