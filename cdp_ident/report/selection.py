@@ -7,10 +7,10 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from cdp_ident.model.formulas.typesetting import Formula
 from cdp_ident.report.document import Charts, Parts, Row, Sentences, Table
 from cdp_ident.report.figures.description import Axis, Bars, Colour, Figure, Mark, Panel, beside, level, named, wrapped
 from cdp_ident.report.schema import Section
-from cdp_ident.report.typesetting import Formula
 from cdp_ident.report.wording import chance, effect_name, effect_title, key_words, milliradians, odds, quantity_words
 
 _CERTAINTY = {"named": "named", "probable": "probable", "acts_like": "acts like it"}

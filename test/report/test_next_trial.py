@@ -8,17 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cdp_ident.design.questions import Question, answers, strength_of, usual_questions
 from cdp_ident.design.starts import Grid
 from cdp_ident.report.knowledge import knowledge_of
-from cdp_ident.report.next_trial import (
-    Question,
-    advice_map,
-    advice_words,
-    answers,
-    next_trial_section,
-    strength_of,
-    usual_questions,
-)
+from cdp_ident.report.next_trial import advice_map, advice_words, next_trial_section
 from scenarios.weighted import WEIGHT
 
 
@@ -57,10 +50,10 @@ def test_with_a_weight_that_the_trials_had_starts_are_tried_with_and_without_it(
     knowledge = knowledge_of(read_content)
     both = answers(knowledge, None, [Question("all"), Question("A22")], Grid.of(90.0), [(), (WEIGHT,), (WEIGHT,)])
     of_groups, of_inertia = both
-    assert (of_groups["expected_unloaded"] < np.inf) == bool(of_groups["weights"])
-    assert of_inertia["weights"] == [vars(WEIGHT)]
-    assert of_inertia["expected"] < 1e-3
-    assert of_inertia["expected_unloaded"] == np.inf
+    assert (of_groups.expected_unloaded < np.inf) == bool(of_groups.trial.weights)
+    assert of_inertia.trial.weights == (WEIGHT,)
+    assert of_inertia.expected < 1e-3
+    assert of_inertia.expected_unloaded == np.inf
 
 
 def test_what_a_weight_brings_is_said_beside_what_comes_without(read_content):
