@@ -7,6 +7,8 @@ import re
 import shlex
 from collections.abc import Callable, Iterator
 
+import numpy as np
+
 from cdp_ident.report.curves import Curves
 from cdp_ident.report.document import Chapter, Charts, Code, Document, Parts, Row, Sentences, Table
 from cdp_ident.report.figures.curves import (
@@ -16,10 +18,10 @@ from cdp_ident.report.figures.curves import (
     missing_torques,
     nonparametric_torques,
 )
+from cdp_ident.report.figures.description import Axis, Figure, Line, Panel
 from cdp_ident.report.next_trial import advice_map, advice_words
 from cdp_ident.report.parameters import parameters
 from cdp_ident.report.schema import Section
-from cdp_ident.report.searches import best_error
 from cdp_ident.report.selection import effects
 from cdp_ident.report.validation import before_and_after, predicted_for, validation
 from cdp_ident.report.wording import key_words, models, noise_floor, role_words, weights_words
@@ -86,6 +88,22 @@ def _numbers(report: Section) -> Iterator[Row]:
     squared = (report[model.key]["error"]["holdout"]["sse_free_run"] for model in models(report))
     said = (f"{error:.3g}" if math.isfinite(error) else "diverges" for error in squared)
     yield "Eq. (10), held out", " → ".join(said), "rad²"
+
+
+def best_error(report: Section) -> Iterator[Figure]:
+    """Yield the best error over the generations of a report's search, where it was not cut short to a few."""
+    search = report["search"]
+    if search["cut_short"]:
+        return
+    history, name = np.array(search["history"]), search["method"].upper()
+    line = Line(name, "after", np.arange(len(history), dtype=float), history, 2.0)
+    yield Figure(
+        "best_error",
+        "Evolution of the best error",
+        f"Squared error (Eq. 10) of the best chromosome after each generation of the search ({name}), from which the "
+        "refinement starts. As the paper's Figs. 7, 9 and 13.",
+        [Panel(Axis("generation"), Axis("best error E(Z) [rad²]", logarithmic=True), [line], height=260)],
+    )
 
 
 def _to_repeat(report: Section) -> Parts:
