@@ -21,12 +21,13 @@ import numpy as np
 import numpy.typing as npt
 from markupsafe import Markup
 
+from cdp_ident.output_folder import finite, write_files
 from cdp_ident.report.chapters import document_of
 from cdp_ident.report.curves import Curves, read_curves
 from cdp_ident.report.document import Document, markdown
 from cdp_ident.report.figures.curves import shown_samples
 from cdp_ident.report.figures.description import DARK, LIGHT, Axis, Bars, Figure, Heat, Mark
-from cdp_ident.report.folder import CURVES, FIGURES, PAGE, REPORT, TEXT, drawn_with, finite, write_files
+from cdp_ident.report.folder import CURVES, FIGURES, PAGE, REPORT, TEXT, drawn_with
 from cdp_ident.report.parameters import base_parameters
 from cdp_ident.report.report_file import read_report
 from cdp_ident.report.schema import Section
@@ -73,7 +74,7 @@ def draw(folder: Path, for_paper: bool = False) -> None:
     report = read_report(folder / REPORT)
     curves = read_curves(folder / CURVES, len(report["trials"]), len(report["effects"]))
     files = files_of(document_of(report, curves), PAGE, TEXT, for_paper, report, curves)
-    write_files(folder, files, (PAGE, *drawn_with(folder)))
+    write_files(folder, files, (PAGE, *drawn_with(folder)), below=(FIGURES,))
 
 
 def files_of(
