@@ -94,13 +94,11 @@ def curves(outcome: Outcome) -> Curves:
     """Return the curves of a finished job."""
     trace = outcome.trace
     trials = range(len(outcome.identification.data.trials))
-    before, after = (trace.selection.before, trace.whole or trace.selection.after) if trace.selection else (None, None)
-    inertia = trace.completed.inertia.value
-    return Curves(
-        tuple(parallel_map(lambda index: _trial(outcome, index), trials)),
-        _torques(before, inertia),
-        _torques(after, inertia),
-    )
+    shown = tuple(parallel_map(lambda index: _trial(outcome, index), trials))
+    if trace.selection is None:
+        return Curves(shown, _NO_TORQUES, _NO_TORQUES)
+    before, after = trace.selection.before, trace.whole or trace.selection.after
+    return Curves(shown, *(_torques(found, trace.completed.inertia.value) for found in (before, after)))
 
 
 def _trial(outcome: Outcome, index: int) -> TrialCurves:
@@ -130,10 +128,8 @@ def _trial(outcome: Outcome, index: int) -> TrialCurves:
     return TrialCurves(trial.time, cart, window, held_out, trial.theta, *models)
 
 
-def _torques(found: WholeSwings | None, inertia: float) -> TorqueCurves:
+def _torques(found: WholeSwings, inertia: float) -> TorqueCurves:
     """Return the torques of a model along the swings, given A22."""
-    if found is None:
-        return _NO_TORQUES
     lacking = MissingTorque.of(found)
     torques = (inertia * over_inertia for over_inertia in (lacking.torque, lacking.std, torques_of_effects(found)))
     return TorqueCurves(lacking.trial, lacking.time, lacking.angle, lacking.speed, *torques)

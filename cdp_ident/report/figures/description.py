@@ -124,6 +124,10 @@ class Axis:
         places = [place for place, _ in self.ticks]
         return min(places) - 0.6, max(places) + 0.6
 
+    def name_at(self, place: float) -> str:
+        """Return the name that is nearest to a place; empty where places are numbers."""
+        return min(self.ticks, key=lambda tick: abs(tick[0] - place), default=(place, ""))[1]
+
 
 def series(index: int) -> tuple[Colour, str]:
     """Return colour and shape of one of several trials or runs."""
@@ -203,9 +207,8 @@ def _in_words(panel: Panel) -> str:
             known = numbers[np.isfinite(numbers)]
             words = f"{known.min():.3g} to {known.max():.3g}" if len(known) else "nothing"
         elif isinstance(mark, Bars) or mark.shape:
-            places = dict(panel.y.ticks) or {0.0: ""}
-            names = [places[min(places, key=lambda place, at=at: abs(place - at))] for at in mark.y]  # type: ignore[misc]
-            words = ", ".join(f"{name} {word}".strip() for name, word in zip(names, mark.words, strict=True))
+            named_words = zip(map(panel.y.name_at, mark.y), mark.words, strict=True)
+            words = ", ".join(f"{name} {word}".strip() for name, word in named_words)
         else:
             words = mark.words[0]
         said.setdefault(mark.label, words)
