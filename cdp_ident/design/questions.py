@@ -71,9 +71,9 @@ class Advice:
             shown = unit * np.asarray(losses)
             return np.where(shown > most, np.inf, shown)
 
-        unloaded = best.unloaded.expected if best.unloaded and best.trial.weights else np.inf
-        expected, worst, without = (float(read(loss)) for loss in (best.expected, best.worst, unloaded))
-        return cls(question, best.trial, expected, worst, without, best.grid, read(best.losses), **told)
+        expected, worst = float(read(best.expected)), float(read(best.worst))
+        unloaded = float(read(best.unloaded.expected)) if best.unloaded and best.trial.weights else np.inf
+        return cls(question, best.trial, expected, worst, unloaded, best.grid, read(best.losses), **told)
 
 
 def usual_questions(model: MotionModel, possible: Sequence[Sequence[str]]) -> list[Question]:
