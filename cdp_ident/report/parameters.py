@@ -176,7 +176,8 @@ def _against(
             words=[in_unit(quantity["value"], quantity["std"], quantity.get("unit", "")) for quantity in of],
         )
         marks.append(mark)
-    return Panel(Axis(label), names, marks, title, 60.0 + max(30.0, 13.0 * len(shown)) * len(reference))
+    room = max(34.0 if origin else 30.0, 13.0 * len(shown))
+    return Panel(Axis(label), names, marks, title, 60.0 + room * len(reference))
 
 
 def correlation(report: Section) -> Figure:
