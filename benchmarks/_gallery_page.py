@@ -10,7 +10,7 @@ from typing import Any
 
 from cdp_ident.model.effects.catalogue import CATALOGUE
 from cdp_ident.model.effects.effect import Effect
-from cdp_ident.report.typesetting import Formula
+from cdp_ident.model.formulas.typesetting import Formula
 
 
 @dataclass(frozen=True)

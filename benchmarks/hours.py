@@ -28,11 +28,12 @@ from cdp_ident.bag.joint_state import MESSAGE_TYPE, serialize_joint_state
 from cdp_ident.bag.writer import BagWriter
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.machine.parallel import core_count
+from cdp_ident.output_folder import json_text
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.pipeline.job import load
 from cdp_ident.report.contents import report
 from cdp_ident.report.curves import curves, curves_npz
-from cdp_ident.report.folder import CURVES, PAGE, REPORT, json_text, write_result
+from cdp_ident.report.folder import CURVES, PAGE, REPORT, write_result
 from cdp_ident.report.outcome import Job, Outcome
 from cdp_ident.report.pictures import draw
 from cdp_ident.tracing.trace import trace

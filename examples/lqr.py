@@ -25,7 +25,7 @@ from cdp_ident.errors import CdpIdentError, OptionError
 from cdp_ident.model.equilibria import EQUILIBRIA
 from cdp_ident.model.linear import LinearModel, linearize
 from cdp_ident.model.motions import accelerations_at, readings_of
-from cdp_ident.report.folder import write_files
+from cdp_ident.output_folder import write_files
 from cdp_ident.rig.emulator.device import Encoders
 from cdp_ident.rig.emulator.motion import Drive, DrivenCart, Hold, LetGo, Motion, Wait, WaitForCommand
 

@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from cdp_ident.configuration.settings import Settings
+from cdp_ident.output_folder import json_text, write_files
 from cdp_ident.pipeline.job import load, run
 from cdp_ident.report.contents import report
 from cdp_ident.report.curves import Curves, curves, curves_npz
-from cdp_ident.report.folder import CURVES, REPORT, json_text, write_files
+from cdp_ident.report.folder import CURVES, REPORT
 from cdp_ident.report.outcome import Job, LoadedJob, Outcome
 from cdp_ident.report.pictures import draw
 from cdp_ident.report.report_file import read_report

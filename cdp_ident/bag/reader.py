@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import shutil
 from collections import Counter
 from collections.abc import Iterator
@@ -112,6 +113,25 @@ def storage_files(bag: Path) -> list[Path]:
         raise BagError(what or f"{bag} is not a rosbag2 bag: it holds no .mcap or .db3 file; {NO_BAG}")
     # rosbag2 counts the files of a bag at the end of their names: _2 comes before _10.
     return sorted(files, key=lambda file: (len(file.name), file.name))
+
+
+def bag_checksums(bag: Path) -> dict[str, str]:
+    """Return the SHA-256 of each file that holds messages of a bag, by the file's name.
+
+    Raises:
+        BagError: a file cannot be read.
+    """
+    checksums = {}
+    try:
+        for file in storage_files(bag):
+            with open_regular(file) as stream:
+                digest = hashlib.sha256()
+                while block := stream.read(1 << 20):
+                    digest.update(block)
+            checksums[file.name] = digest.hexdigest()
+    except (OSError, ValueError) as error:
+        raise BagError(f"{bag} cannot be read: {getattr(error, 'strerror', None) or error}") from error
+    return checksums
 
 
 def _recorded_files(bag: Path) -> tuple[list[Path], Metadata, list[str]]:

@@ -5,10 +5,11 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from cdp_ident.output_folder import write_files
 from cdp_ident.outside_text import shown
 from cdp_ident.report.document import Chapter, Charts, Document, Table, print_chapter, wide_console
 from cdp_ident.report.figures.description import Figure
-from cdp_ident.report.folder import COMPARISON_PAGE, COMPARISON_TEXT, FIGURES, write_files
+from cdp_ident.report.folder import COMPARISON_PAGE, COMPARISON_TEXT, FIGURES
 from cdp_ident.report.pictures import files_of
 
 

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from rich.console import Console
 
 from cdp_ident.design.knowledge import Knowledge
+from cdp_ident.design.questions import ALL, Advice, Question, answers, strength_of, usual_questions
 from cdp_ident.design.starts import Grid
 from cdp_ident.errors import IdentificationError, OptionError, ReportError
 from cdp_ident.model.effects.catalogue import known_effects
@@ -18,7 +19,7 @@ from cdp_ident.report.curves import read_curves
 from cdp_ident.report.document import Row, Table, print_table
 from cdp_ident.report.folder import CURVES, REPORT
 from cdp_ident.report.knowledge import knowledge_of, recorded_motion
-from cdp_ident.report.next_trial import ALL, Question, answers, one_advice, strength_of, usual_questions
+from cdp_ident.report.next_trial import advice_section, one_advice
 from cdp_ident.report.report_file import read_report
 from cdp_ident.report.schema import Section
 from cdp_ident.user_input import refuse_unknown
@@ -48,14 +49,14 @@ def print_suggestions(options: argparse.Namespace) -> None:
             raise IdentificationError(
                 f"no trial tells {question.about} from {question.against}: the second can be the first, or does not fit"
             )
-        console.print(one_advice(advice), highlight=False, markup=False, soft_wrap=True)
-        if advice["names"]:
+        console.print(one_advice(advice_section(advice)), highlight=False, markup=False, soft_wrap=True)
+        if advice.names:
             print_table(console, Table("", ("", "standard deviation now", "then"), list(_deviations(advice))))
         console.print()
 
 
-def _deviations(advice: Section) -> Iterator[Row]:
-    for name, *both in zip(advice["names"], advice["std_now"], advice["std_then"], strict=True):
+def _deviations(advice: Advice) -> Iterator[Row]:
+    for name, *both in zip(advice.names, advice.std_now, advice.std_then, strict=True):
         now, then = (f"{std:.3g}" if math.isfinite(std) else "not determined" for std in both)
         yield f"  {name}", now, then
 

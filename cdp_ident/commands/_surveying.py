@@ -13,10 +13,10 @@ from rich.progress import Progress
 from cdp_ident.configuration.settings import Settings, without_results
 from cdp_ident.errors import FitFailedError, OptionError
 from cdp_ident.machine.parallel import core_count
+from cdp_ident.output_folder import alone_in, check_folder, json_text, write_files
 from cdp_ident.outside_text import shown
 from cdp_ident.pipeline.identifier import read_configuration
 from cdp_ident.report.document import print_chapter, wide_console
-from cdp_ident.report.folder import alone_in, check_folder, json_text, write_files
 from cdp_ident.report.schema import Section
 from cdp_ident.survey.contents import survey
 from cdp_ident.survey.page import chapter, survey_html, verdict

@@ -5,7 +5,8 @@
 from pathlib import Path
 
 from cdp_ident.command_line import ArgumentParser, entry_point
-from cdp_ident.report.folder import COMPARISON_PAGE, COMPARISON_TEXT, check_folder
+from cdp_ident.output_folder import check_folder
+from cdp_ident.report.folder import COMPARISON_PAGE, COMPARISON_TEXT
 from cdp_ident.start import loading
 
 DESCRIPTION = """\

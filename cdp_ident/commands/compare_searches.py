@@ -6,7 +6,8 @@ from functools import partial
 from pathlib import Path
 
 from cdp_ident.command_line import ArgumentParser, entry_point, within
-from cdp_ident.report.folder import COMPARISON_PAGE, COMPARISON_TEXT, check_folder
+from cdp_ident.output_folder import check_folder
+from cdp_ident.report.folder import COMPARISON_PAGE, COMPARISON_TEXT
 from cdp_ident.start import loading
 
 DESCRIPTION = """\
@@ -41,7 +42,7 @@ def main(arguments: list[str]) -> None:
         from cdp_ident.configuration.settings import without_results
         from cdp_ident.pipeline.identifier import read_configuration
         from cdp_ident.pipeline.searches import search_by_both
-        from cdp_ident.report.searches import search_figures, search_tables
+        from cdp_ident.pipeline.searches_page import search_figures, search_tables
     check_folder(options.out, options.force, (COMPARISON_PAGE, COMPARISON_TEXT))
     given, _ = without_results(read_configuration(options.config))
     found = search_by_both(options.bag, given, options.seeds, partial(print, flush=True))

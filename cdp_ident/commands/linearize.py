@@ -7,8 +7,8 @@ from pathlib import Path
 from cdp_ident.command_line import ArgumentParser, entry_point
 from cdp_ident.errors import OptionError
 from cdp_ident.model.equilibria import EQUILIBRIA
+from cdp_ident.output_folder import check_folder, json_text, write_files
 from cdp_ident.outside_text import shown
-from cdp_ident.report.folder import check_folder, json_text, write_files
 from cdp_ident.start import loading
 
 DESCRIPTION = """\

@@ -12,10 +12,10 @@ from rich.console import Console
 from cdp_ident.model.effects.catalogue import known_effects
 from cdp_ident.model.parameters import GROUPS
 from cdp_ident.outside_text import shown
+from cdp_ident.pipeline.searches_page import shown_generations
 from cdp_ident.report.document import Table, print_table
 from cdp_ident.report.folder import PAGE
 from cdp_ident.report.schema import Section
-from cdp_ident.report.searches import shown_generations
 from cdp_ident.rig.emulator.configuration import EmulatedRig, load_rig
 
 

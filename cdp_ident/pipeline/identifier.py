@@ -18,6 +18,7 @@ from cdp_ident.diagnosis.new_trial import NewTrialCheck, check_new_trial
 from cdp_ident.errors import CdpIdentError, FitFailedError, OptionError
 from cdp_ident.model.effects import own
 from cdp_ident.model.effects.catalogue import forget_own
+from cdp_ident.output_folder import check_folder, json_text
 from cdp_ident.outside_text import shown
 from cdp_ident.pipeline.interruption import GivenUpError, Interruption
 from cdp_ident.pipeline.job import load, load_with_weights, refuse_copies, run
@@ -26,19 +27,7 @@ from cdp_ident.report.chapters import document_of
 from cdp_ident.report.contents import report
 from cdp_ident.report.curves import Curves, curves, curves_npz
 from cdp_ident.report.document import print_document
-from cdp_ident.report.folder import (
-    CURVES,
-    FIGURES,
-    FITTED,
-    PAGE,
-    REPORT,
-    TEXT,
-    State,
-    check_folder,
-    json_text,
-    state_of,
-    write_result,
-)
+from cdp_ident.report.folder import CURVES, FIGURES, FILES, FITTED, PAGE, REPORT, TEXT, State, state_of, write_result
 from cdp_ident.report.knowledge import expected_effects
 from cdp_ident.report.outcome import Job, LoadedJob, Outcome
 from cdp_ident.report.pictures import draw
@@ -167,7 +156,7 @@ class Identifier:
         loaded = load(job, more_to_come=self._watched is not None)
         name = self.request.watch.resolve().name if self.request.watch else loaded.fit[0].name
         self._folder = self._folder or DEFAULT_FOLDER / name
-        check_folder(self._folder, self.request.force or self._folder in self._written)
+        check_folder(self._folder, self.request.force or self._folder in self._written, FILES)
         self._seen = state_of(self._folder)
         return loaded
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from cdp_ident.bag.reader import bag_checksums
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.errors import OptionError
 from cdp_ident.model.parameters import SYMBOLS
@@ -14,7 +15,6 @@ from cdp_ident.model.weights import ADDED, RODS, Rod, Weight, refuse_misplaced
 from cdp_ident.pipeline.compile_ahead import compile_ahead
 from cdp_ident.pipeline.identify import identify_and_trace
 from cdp_ident.report.outcome import Job, LoadedJob, Outcome
-from cdp_ident.report.provenance import bag_checksums
 from cdp_ident.search.genetic_search import Progress
 from cdp_ident.trial.load import load_trial
 from cdp_ident.trial.trial import Trial

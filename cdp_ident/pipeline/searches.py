@@ -4,6 +4,7 @@
 
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,10 +20,56 @@ from cdp_ident.fit.windows import Window, beginning_of
 from cdp_ident.model.motions import simulate
 from cdp_ident.pipeline.job import load
 from cdp_ident.report.outcome import Job
-from cdp_ident.report.searches import Algorithm, Course, Searches
 from cdp_ident.search.genetic_search import Progress, genetic_search
+from cdp_ident.search.options import GeneticOptions
 
 _METHODS = ("tga", "iga")
+
+
+@dataclass(frozen=True)
+class Course:
+    """One search from its first population to its end."""
+
+    seed: int
+    generations: tuple[Progress, ...]
+    """After the first population, and after each generation."""
+    seconds: float
+    """That it took [s]."""
+
+    @property
+    def end(self) -> Progress:
+        """What it came to."""
+        return self.generations[-1]
+
+
+@dataclass(frozen=True)
+class Algorithm:
+    """One algorithm's searches, which differ by the seed."""
+
+    name: str
+    options: GeneticOptions
+    courses: tuple[Course, ...]
+    """By their last error, the best first."""
+    typical: Course
+    """The one in the middle."""
+    simulated: tuple[Array, ...]
+    """(n, 2) angles in each window with the best chromosome of the typical search [rad]."""
+
+
+@dataclass(frozen=True)
+class Searches:
+    """Both algorithms on the same motion."""
+
+    trials: tuple[str, ...]
+    """Names."""
+    windows: tuple[Window, ...]
+    """What is searched of each trial."""
+    noise_error: float
+    """What the encoders' noise alone leaves [rad^2]."""
+    length: float
+    """L [m]."""
+    algorithms: tuple[Algorithm, Algorithm]
+    """The traditional one and the improved one."""
 
 
 def search_by_both(bags: Sequence[Path], given: Mapping[str, Any], seeds: int, say: Callable[[str], None]) -> Searches:

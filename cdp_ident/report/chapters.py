@@ -5,7 +5,9 @@
 import math
 import re
 import shlex
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+
+import numpy as np
 
 from cdp_ident.report.curves import Curves
 from cdp_ident.report.document import Chapter, Charts, Code, Document, Parts, Row, Sentences, Table
@@ -16,10 +18,10 @@ from cdp_ident.report.figures.curves import (
     missing_torques,
     nonparametric_torques,
 )
+from cdp_ident.report.figures.description import Axis, Figure, Line, Panel
 from cdp_ident.report.next_trial import advice_map, advice_words
 from cdp_ident.report.parameters import parameters
 from cdp_ident.report.schema import Section
-from cdp_ident.report.searches import best_error
 from cdp_ident.report.selection import effects
 from cdp_ident.report.validation import before_and_after, predicted_for, validation
 from cdp_ident.report.wording import key_words, models, noise_floor, role_words, weights_words
@@ -88,6 +90,22 @@ def _numbers(report: Section) -> Iterator[Row]:
     yield "Eq. (10), held out", " → ".join(said), "rad²"
 
 
+def best_error(report: Section) -> Iterator[Figure]:
+    """Yield the best error over the generations of a report's search, where it was not cut short to a few."""
+    search = report["search"]
+    if search["cut_short"]:
+        return
+    history, name = np.array(search["history"]), search["method"].upper()
+    line = Line(name, "after", np.arange(len(history), dtype=float), history, 2.0)
+    yield Figure(
+        "best_error",
+        "Evolution of the best error",
+        f"Squared error (Eq. 10) of the best chromosome after each generation of the search ({name}), from which the "
+        "refinement starts. As the paper's Figs. 7, 9 and 13.",
+        [Panel(Axis("generation"), Axis("best error E(Z) [rad²]", logarithmic=True), [line], height=260)],
+    )
+
+
 def _to_repeat(report: Section) -> Parts:
     """Return the command, the trials, and all that the result depends on."""
     run = report["run"]
@@ -96,23 +114,17 @@ def _to_repeat(report: Section) -> Parts:
         (name, "–" if value in (None, "") else f"{value:.6g}" if isinstance(value, float) else str(value))
         for name, value in run["options"].items()
     ]
+    of_trial: dict[str, Callable[[Section], str]] = {
+        "bag": lambda trial: trial["bag"],
+        "role": role_words,
+        "samples": lambda trial: f"{trial['samples']:.0f}",
+        "free swing [s]": lambda trial: f"{trial['start_s']:.2f} to {trial['start_s'] + trial['duration_s']:.2f}",
+        "weights": lambda trial: weights_words(trial) or "–",
+        "what was cut or noticed": lambda trial: "; ".join(trial["warnings"]),
+    }
     return (
         Sentences((Code(_command(report)),)),
-        Table(
-            "Trials",
-            ("bag", "role", "samples", "free swing [s]", "weights", "what was cut or noticed"),
-            [
-                (
-                    trial["bag"],
-                    role_words(trial),
-                    f"{trial['samples']:.0f}",
-                    f"{trial['start_s']:.2f} to {trial['start_s'] + trial['duration_s']:.2f}",
-                    weights_words(trial) or "–",
-                    "; ".join(trial["warnings"]),
-                )
-                for trial in report["trials"]
-            ],
-        ),
+        Table.of("Trials", report["trials"], of_trial),
         Table("Checksums (SHA-256)", ("bag", "file", "sum"), checksums, at_terminal=False),
         Table("Search", ("", ""), list(_search(report)), at_terminal=False),
         Table("Versions", ("package", "version"), list(run["versions"].items()), at_terminal=False),

@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from datetime import datetime, timezone
-from typing import TypeVar
 
 import numpy as np
 from scipy.special import expit
@@ -18,7 +17,6 @@ from cdp_ident.diagnosis.new_trial import NewTrialCheck
 from cdp_ident.diagnosis.prediction import plan_of, predicted
 from cdp_ident.diagnosis.warnings import FitWarning, find_warnings, outlier_warnings
 from cdp_ident.diagnosis.whiteness import Whiteness
-from cdp_ident.fit.initial_states import Fit
 from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.fit.physical import is_determined
 from cdp_ident.likelihood.whole_swing import WholeSwings
@@ -32,8 +30,6 @@ from cdp_ident.report.verdict import effect_in_words, quantity, verdict
 from cdp_ident.tracing.found_effects import FoundEffect
 from cdp_ident.tracing.odds import log10_odds, unlikelihood
 from cdp_ident.tracing.trace import Trace
-
-_Found = TypeVar("_Found")
 
 
 def report(
@@ -55,7 +51,9 @@ def report(
     paper = completed if same_model else replace(found, fit=trace.before.fit)
     failures = list(trace.failures)
     next_trial = next_trial_section(outcome, failures.append, ends)
-    residuals = _before_and_after(trace, Whiteness.of)
+    # Over what was held out both models know the zeros of all encoders; without an effect they are one.
+    white = Whiteness.of(trace.before.holdout)
+    white_after = white if trace.after is trace.before else Whiteness.of(trace.after.holdout)
     section = {
         "schema": SCHEMA,
         "trials": _trials(outcome),
@@ -69,7 +67,7 @@ def report(
         "unexplained": trace.unexplained,
         "verdict": verdict(trace),
         "prediction": _prediction(outcome),
-        "residuals": (residuals[0].interval, *residuals),
+        "residuals": (white.interval, white, white_after),
         "next_trial": next_trial,
         "selection": _selection(trace),
         "values_with_less_torque": trace.after.less_torque,
@@ -155,16 +153,11 @@ def _correlation(model: MotionModel, covariance: Array) -> Section:
     return {"names": np.array(model.names)[shown].tolist(), "matrix": matrix}
 
 
-def _before_and_after(trace: Trace, found: Callable[[Fit], _Found]) -> tuple[_Found, _Found]:
-    """Return what is found of both models over what was held out: there they know the zeros of all encoders."""
-    before = found(trace.before.holdout)
-    return before, before if trace.after is trace.before else found(trace.after.holdout)
-
-
 def _prediction(outcome: Outcome) -> Also | None:
     """Return how the error of predictions grows, before and after; None where the trials are too short for any."""
-    plan = plan_of(outcome.identification.data)
-    before, after = _before_and_after(outcome.trace, lambda fit: predicted(fit, plan))
+    plan, trace = plan_of(outcome.identification.data), outcome.trace
+    before = predicted(trace.before.holdout, plan)
+    after = before if trace.after is trace.before else predicted(trace.after.holdout, plan)
     if before is None or after is None:
         return None
     also = {"starts": len(plan.starts), "told_s": plan.fitted_span, "time_s": after.time}

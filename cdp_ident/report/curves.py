@@ -7,7 +7,6 @@ They are computed here, written as `curves.npz`, from which pictures are made an
 
 import io
 import zipfile
-from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, TypeVar
@@ -21,13 +20,11 @@ from cdp_ident.errors import ReportError
 from cdp_ident.files import read_regular
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.machine.parallel import parallel_map
-from cdp_ident.model.layout import RODS_STATES
-from cdp_ident.model.motions import accelerations_at
 from cdp_ident.model.parameters import LARGEST
 from cdp_ident.outside_text import shown
 from cdp_ident.report.outcome import Outcome
 from cdp_ident.tracing.final_model import FinalModel
-from cdp_ident.tracing.missing_torque import JointMotion, MissingTorque
+from cdp_ident.tracing.missing_torque import JointMotion, MissingTorque, torques_of_effects
 
 NO_WINDOW = -1
 FORMAT = "cdp_ident/curves/1"
@@ -97,13 +94,11 @@ def curves(outcome: Outcome) -> Curves:
     """Return the curves of a finished job."""
     trace = outcome.trace
     trials = range(len(outcome.identification.data.trials))
-    before, after = (trace.selection.before, trace.whole or trace.selection.after) if trace.selection else (None, None)
-    inertia = trace.completed.inertia.value
-    return Curves(
-        tuple(parallel_map(lambda index: _trial(outcome, index), trials)),
-        _torques(before, inertia),
-        _torques(after, inertia),
-    )
+    shown = tuple(parallel_map(lambda index: _trial(outcome, index), trials))
+    if trace.selection is None:
+        return Curves(shown, _NO_TORQUES, _NO_TORQUES)
+    before, after = trace.selection.before, trace.whole or trace.selection.after
+    return Curves(shown, *(_torques(found, trace.completed.inertia.value) for found in (before, after)))
 
 
 def _trial(outcome: Outcome, index: int) -> TrialCurves:
@@ -133,39 +128,11 @@ def _trial(outcome: Outcome, index: int) -> TrialCurves:
     return TrialCurves(trial.time, cart, window, held_out, trial.theta, *models)
 
 
-def _torques(found: WholeSwings | None, inertia: float) -> TorqueCurves:
+def _torques(found: WholeSwings, inertia: float) -> TorqueCurves:
     """Return the torques of a model along the swings, given A22."""
-    if found is None:
-        return _NO_TORQUES
     lacking = MissingTorque.of(found)
-    effects = np.zeros((len(found.model.effects), *lacking.torque.shape))
-    for index, active in enumerate(found.model.effects):
-        if active.effect.moves:
-            effects[index] = np.concatenate(list(_of_effect(found, index)))
-    torques = (inertia * over_inertia for over_inertia in (lacking.torque, lacking.std, effects))
+    torques = (inertia * over_inertia for over_inertia in (lacking.torque, lacking.std, torques_of_effects(found)))
     return TorqueCurves(lacking.trial, lacking.time, lacking.angle, lacking.speed, *torques)
-
-
-def _of_effect(found: WholeSwings, index: int) -> Iterator[Array]:
-    """Yield for each swing the torque (nodes - 1, 2) over A22 that an effect brings the joints (inverse dynamics)."""
-    others, remain = found.model.without_effect(index)
-    bounds = np.cumsum([RODS_STATES, *(active.effect.states for active in found.model.effects)]).tolist()
-    own = range(bounds[index], bounds[index + 1])
-    for swing, of in zip(found.recorded.swings, found.states, strict=True):
-        states, times, u = of[1:, : found.model.states], swing.begin + swing.node_times[1:], swing.u[1:]
-        without = (others, found.values[remain], np.delete(states, own, axis=1))
-        accelerations = []
-        for model, values, of_model in (without, (found.model, found.values, states)):
-            weighted = model.with_weights(values, swing.weights)
-            coefficients = model.coefficients(weighted.values)
-            acting = model.acting(weighted.values, swing.trial, weighted.carried)
-            accelerations.append(accelerations_at(coefficients, np.ascontiguousarray(of_model), u, acting, times))
-        A23, A33 = coefficients[:2]
-        more, coupling = accelerations[1] - accelerations[0], A23 * np.cos(states[:, 0] - states[:, 1])
-        on_inner = more[:, 0] + coupling * more[:, 1]
-        on_outer = coupling * more[:, 0] + A33 * more[:, 1]
-        # The outer joint's torque acts on the outer rod and, reversed, on the inner one.
-        yield weighted.share * np.stack([on_inner + on_outer, on_outer], axis=1)
 
 
 def curves_npz(written: Curves) -> bytes:

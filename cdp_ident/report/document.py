@@ -6,8 +6,9 @@ Each table, sentence and figure stands once, for all forms.
 """
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from markupsafe import Markup
 from rich.console import Console
@@ -39,6 +40,11 @@ class Table:
     at_terminal: bool = True
     wide: Row = ()
     """Columns that a terminal has no room for."""
+
+    @classmethod
+    def of(cls, title: str, things: Iterable[Any], columns: Mapping[str, Callable[[Any], str]], **more: Any) -> "Table":
+        """Return a table with a row for each thing, given what each column says of one."""
+        return cls(title, tuple(columns), [tuple(says(thing) for says in columns.values()) for thing in things], **more)
 
 
 @dataclass(frozen=True)

@@ -21,12 +21,13 @@ import numpy as np
 import numpy.typing as npt
 from markupsafe import Markup
 
+from cdp_ident.output_folder import finite, write_files
 from cdp_ident.report.chapters import document_of
 from cdp_ident.report.curves import Curves, read_curves
 from cdp_ident.report.document import Document, markdown
 from cdp_ident.report.figures.curves import shown_samples
-from cdp_ident.report.figures.description import DARK, LIGHT, Axis, Bars, Colour, Figure, Heat, Mark
-from cdp_ident.report.folder import CURVES, FIGURES, PAGE, REPORT, TEXT, drawn_with, finite, write_files
+from cdp_ident.report.figures.description import DARK, LIGHT, Axis, Bars, Figure, Heat, Mark
+from cdp_ident.report.folder import CURVES, FIGURES, PAGE, REPORT, TEXT, drawn_with
 from cdp_ident.report.parameters import base_parameters
 from cdp_ident.report.report_file import read_report
 from cdp_ident.report.schema import Section
@@ -73,7 +74,7 @@ def draw(folder: Path, for_paper: bool = False) -> None:
     report = read_report(folder / REPORT)
     curves = read_curves(folder / CURVES, len(report["trials"]), len(report["effects"]))
     files = files_of(document_of(report, curves), PAGE, TEXT, for_paper, report, curves)
-    write_files(folder, files, (PAGE, *drawn_with(folder)))
+    write_files(folder, files, (PAGE, *drawn_with(folder)), below=(FIGURES,))
 
 
 def files_of(
@@ -197,10 +198,6 @@ def plotly_figure(figure: Figure, arrays: Arrays) -> Json:
     return {"data": finite(data), "layout": layout}
 
 
-def _colour(name: Colour) -> Json:
-    return {"colour": name}
-
-
 def _literal(text: str) -> str:
     """Return text that plotly.js shows as it is, where it would take a part of it for markup."""
     return html.escape(text, quote=False).replace("\n", "<br>")
@@ -209,18 +206,18 @@ def _literal(text: str) -> str:
 def _trace(mark: Mark, arrays: Arrays) -> Json:
     if isinstance(mark, Heat):
         return _heat(mark)
-    colour = _colour(mark.colour)
+    colour = {"colour": mark.colour}
     trace: Json = {"name": _literal(mark.label.partition(":")[0]), "meta": mark.label}
     trace["text"] = [_literal(words) for words in mark.words]
     if isinstance(mark, Bars):
         return trace | {
-            "type": "bar", "x": mark.lengths, "y": mark.positions, "width": mark.thickness,
+            "type": "bar", "x": mark.x, "y": mark.y, "width": mark.thickness,
             "marker": {"color": colour},
-            "insidetextfont": {"color": _colour("ink" if mark.colour == "noise" else "surface")},
+            "insidetextfont": {"color": {"colour": "ink" if mark.colour == "noise" else "surface"}},
         }  # fmt: skip
     marker: Json = {"color": colour, "size": mark.size, "opacity": mark.opacity, "symbol": mark.shape or "circle"}
     if mark.hollow:
-        fills = [_colour("surface" if hollow else mark.colour) for hollow in mark.hollow]
+        fills = [{"colour": "surface" if hollow else mark.colour} for hollow in mark.hollow]
         marker |= {"color": fills, "line": {"color": colour, "width": 1.8}}
     if mark.half_widths:
         trace["error_y" if mark.upright else "error_x"] = {
@@ -255,7 +252,7 @@ def _axis(axis: Axis, which: str) -> Json:
         places, names = zip(*axis.ticks, strict=True)
         drawn |= {
             "tickvals": list(places), "ticktext": [*map(_literal, names)], "zeroline": False,
-            "range": sorted(axis.ends, reverse=which == "y"), "tickfont": {"color": _colour("ink")}, "tickangle": 0,
+            "range": sorted(axis.ends, reverse=which == "y"), "tickfont": {"color": {"colour": "ink"}}, "tickangle": 0,
             "showgrid": False,
         }  # fmt: skip
     return drawn

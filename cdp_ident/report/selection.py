@@ -7,11 +7,10 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from cdp_ident.model.effects.catalogue import known_effects
+from cdp_ident.model.formulas.typesetting import Formula
 from cdp_ident.report.document import Charts, Parts, Row, Sentences, Table
 from cdp_ident.report.figures.description import Axis, Bars, Colour, Figure, Mark, Panel, beside, level, named, wrapped
 from cdp_ident.report.schema import Section
-from cdp_ident.report.typesetting import Formula
 from cdp_ident.report.wording import chance, effect_name, effect_title, key_words, milliradians, odds, quantity_words
 
 _CERTAINTY = {"named": "named", "probable": "probable", "acts_like": "acts like it"}
@@ -27,6 +26,11 @@ def effects(report: Section, of_effects: Sequence[Figure]) -> Parts:
     """Return the chapter, given the figures of what the effects are drawn through."""
     found, selected = report["effects"], report["selection"]
     steps = list(enumerate(selected["steps"], start=1))
+    tried = [(index, one) for index, step in steps for one in step["tried"]]
+    looked_for = [
+        (key_words(other["effect"]), odds(other["log10_odds"]), chance(other["probability"]))
+        for other in selected["candidates"][:_MOST_CANDIDATES]
+    ]
     others = [
         f"Instead of {effect_title(effect)} it could be {_others(effect)}: the trials do not distinguish them"
         for effect in found
@@ -34,6 +38,7 @@ def effects(report: Section, of_effects: Sequence[Figure]) -> Parts:
     ]
     about = ("held out without → with [mrad]", "formula", "also possible")
     no_other = "No other effect could take the place of what was added, as far as the trials show"
+    interrupted = ["The tracing was interrupted: there may be more to find"] if selected["interrupted"] else []
     return (
         Table(
             "Found and added",
@@ -45,35 +50,21 @@ def effects(report: Section, of_effects: Sequence[Figure]) -> Parts:
         Sentences.of([f"What remains: {report['unexplained']['description']}"]),
         Sentences.of(expected_in_words(report), "Beside the earlier report"),
         Sentences.of(others or [no_other] if found else [], "What the trials do not distinguish"),
-        Sentences.of(
-            ["The tracing was interrupted: there may be more to find"] if selected["interrupted"] else [], noted=True
-        ),
+        Sentences.of(interrupted, noted=True),
         Sentences.of(share_words(report), noted=True),
         Sentences.of([] if steps else ["Effects were not looked for"]),
         Table(
             "Step by step",
             ("step", "what was done", "odds over the paper's model"),
-            [(str(index), action_words(step), odds(step["log10_odds"])) for index, step in steps],
+            [(str(index), key_words(step["action"]), odds(step["log10_odds"])) for index, step in steps],
             at_terminal=False,
         ),
         Charts([*selection(report), *candidates(report)]),
-        Table(
-            "What else was looked for",
-            ("effect", "odds, were it added", "probability"),
-            [
-                (key_words(other["effect"]), odds(other["log10_odds"]), chance(other["probability"]))
-                for other in selected["candidates"][:_MOST_CANDIDATES]
-            ],
-            folded=True,
-        ),
+        Table("What else was looked for", ("effect", "odds, were it added", "probability"), looked_for, folded=True),
         Table(
             "All that was tried",
             ("step", "effect", "odds over the model before"),
-            [
-                (str(index), effects_words(tried["effects"]), odds(tried["log10_odds"]))
-                for index, step in steps
-                for tried in step["tried"]
-            ],
+            [(str(index), effects_words(one["effects"]), odds(one["log10_odds"])) for index, one in tried],
             folded=True,
             at_terminal=False,
         ),
@@ -90,15 +81,9 @@ def _parameters_of(effect: Section) -> Iterator[Row]:
     """Yield an effect's parameters, the first with what is said of the effect."""
     evidence = effect["evidence"]
     held_out = (evidence["rmse_holdout_before_rad"], evidence["rmse_holdout_after_rad"])
-    title, about = (
-        effect_title(effect),
-        [
-            f"{_CERTAINTY[effect['certainty']]}, {chance(evidence['probability'])}",
-            " → ".join(map(milliradians, held_out)),
-            Formula(effect["formula"]),
-            _others(effect) or "–",
-        ],
-    )
+    title, others = effect_title(effect), _others(effect) or "–"
+    sure = f"{_CERTAINTY[effect['certainty']]}, {chance(evidence['probability'])}"
+    about = [sure, " → ".join(map(milliradians, held_out)), Formula(effect["formula"]), others]
     for name, quantity in effect["parameters"].items():
         yield title, name, quantity_words(quantity), *about
         title, about = "", [""] * 4
@@ -131,14 +116,6 @@ def share_words(report: Section) -> list[str]:
     ]
 
 
-def action_words(step: Section) -> str:
-    """Say what was done at a step of the selection."""
-    said = str(step["action"])
-    for key in sorted((effect.key for effect in known_effects()), key=len, reverse=True):
-        said = said.replace(key, key_words(key))
-    return said
-
-
 def effects_words(keys: Sequence[str]) -> str:
     """Write the keys of effects that a model was tried with; of none it is the same model, fitted from elsewhere."""
     return " and ".join(map(key_words, keys)) or "the same, from elsewhere"
@@ -146,12 +123,11 @@ def effects_words(keys: Sequence[str]) -> str:
 
 def selection(report: Section) -> Iterator[Figure]:
     """Yield how probable each model that was tried is beside the one before, step by step."""
-    panels, said = [], []
-    for index, step in enumerate(report["selection"]["steps"], start=1):
-        if tried := [one for one in step["tried"] if math.isfinite(one["log10_odds"])]:
-            panels.append(_step(f"Step {index}: {action_words(step)}", tried))
-            best = max(one["log10_odds"] for one in tried)
-            said.append(f"step {index}, {action_words(step)}: at best {best:.3g}")
+    panels = [
+        _step(f"Step {index}: {key_words(step['action'])}", tried)
+        for index, step in enumerate(report["selection"]["steps"], start=1)
+        if (tried := [one for one in step["tried"] if math.isfinite(one["log10_odds"])])
+    ]
     if panels:
         yield Figure(
             "selection",
@@ -159,7 +135,6 @@ def selection(report: Section) -> Iterator[Figure]:
             "Each model that was fitted at a step, named by the effects that it has more or has no longer, and how "
             "probable it is beside the one before: the decimal logarithm of its odds. What lies left of zero is less "
             "probable.",
-            f"Decimal logarithms of odds over the model before: {'; '.join(said)}.",
             panels,
         )
 
@@ -176,7 +151,7 @@ def _step(title: str, tried: list[Section]) -> Panel:
     for label, colour, is_taken in kinds:
         if of := [k for k, one in enumerate(odds) if (k == best and one > 0.0) is is_taken]:
             words = [f"{odds[k]:.3g}" for k in of]
-            marks.append(Bars(label, colour, [places[k] for k in of], [odds[k] for k in of], words))
+            marks.append(Bars(label, colour, [odds[k] for k in of], [places[k] for k in of], words))
     axis = Axis(ticks=list(zip(places, names, strict=True)))
     marks.append(level("as probable as before", "before", 0.0, axis))
     return Panel(_ODDS, axis, marks, title, 45.0 + _ROOM * float(rooms.sum()))
@@ -192,7 +167,7 @@ def candidates(report: Section) -> Iterator[Figure]:
         return
     lengths = [one["log10_odds"] for one in best.values()]
     words = [f"{odds(one['log10_odds'])}, {chance(one['probability'])}" for one in best.values()]
-    bars = Bars("with it", "noise", beside(0, 1, 0.0, len(best)), lengths, words)
+    bars = Bars("with it", "noise", lengths, beside(0, 1, 0.0, len(best)), words)
     names = named(best)
     marks: list[Mark] = [bars, level("as probable as without it", "before", 0.0, names)]
     yield Figure(
@@ -201,6 +176,5 @@ def candidates(report: Section) -> Iterator[Figure]:
         "The model with one effect more beside the model without it, before any fit: odds, and the probability that "
         "the effect is there; of an effect with several forms those of the best one. Left of zero the trials speak "
         "against it.",
-        f"{'; '.join(map('{}: {}'.format, best, words))}.",
         [Panel(_ODDS, names, marks, height=40.0 + 20.0 * len(best))],
     )

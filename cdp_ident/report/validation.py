@@ -88,12 +88,11 @@ def validation_words(report: Section) -> Iterator[str]:
 
 def before_and_after(report: Section) -> Figure:
     """Return the errors over motion of each role as bars."""
-    shown, marks, said = models(report), list[Mark](), []
+    shown, marks = models(report), list[Mark]()
     for index, model in enumerate(shown):
         errors = [1e3 * report[model.key]["error"][role]["rmse_rad"] for role in _WHERE]
         words = [f"{error:.3g}" for error in errors]
-        marks.append(Bars(model.label, model.key, beside(index, len(shown), 0.38, len(_WHERE)), errors, words, 0.34))
-        said.append(f"{model.label}: {', '.join(map('{} mrad {}'.format, words, _WHERE.values()))}")
+        marks.append(Bars(model.label, model.key, errors, beside(index, len(shown), 0.38, len(_WHERE)), words, 0.34))
     floor, roles = 1e3 * noise_floor(report), named(_WHERE.values())
     marks.append(level("the encoders' noise", "noise", floor, roles))
     window = report["before"]["error"]["holdout"]["window_s"]
@@ -102,7 +101,6 @@ def before_and_after(report: Section) -> Figure:
         "Error before and after",
         f"Root mean square of measured less simulated angles over windows of {window:.2g} s, on the motion that was "
         "fitted, and on motion that neither fit nor choice has seen.",
-        f"{'; '.join(said)}; the encoders' noise: {floor:.3g} mrad.",
         [Panel(Axis("error [mrad]"), roles, marks, height=60.0 + 50.0 * len(shown))],
     )
 
@@ -122,14 +120,12 @@ def prediction(report: Section) -> Iterator[Figure]:
             lines.append(Line(label, model.key, time, drawn, width, model.dash))
     lines += [Line(f"{limit:.3g}°", "noise", time[[0, -1]], np.full(2, limit), 1.0) for limit in limits]
     where = "held-out trials" if ahead["held_out"] else "the trials"
-    said = "; ".join(f"within {limit:.3g}° for {predicted_for(report, k)} s" for k, limit in enumerate(limits))
     yield Figure(
         "prediction",
         "How far ahead the model predicts",
         "The larger error of both angles over the time since the last angle that its state was fitted to: the median "
         f"of {ahead['starts']} starts in {where}, and thin the upper quartile. The state at a start is fitted "
         f"to the {ahead['told_s']:.2g} s before it.",
-        f"Predicted {said}.",
         [Panel(Axis("time ahead [s]"), Axis("error of the prediction [°]", logarithmic=True), lines, height=260)],
     )
 
@@ -139,15 +135,13 @@ def residual_correlation(report: Section) -> Figure:
     found = report["residuals"]
     titles = {"theta1": "θ1 with itself", "theta2": "θ2 with itself", "crosswise": "θ1 with θ2 later"}
     if found["after"]["cart"]:
-        titles |= {f"cart.theta{k}": f"the cart's acceleration with θ{k} later" for k in (1, 2)}
-    said = (f"{m.label}: {'white' if found[m.key]['white'] else 'correlated in time'}" for m in models(report))
+        titles |= {f"cart.{angle}": f"the cart's acceleration with θ{angle[-1]} later" for angle in _ANGLES}
     return Figure(
         "residual_correlation",
         "What is left in the residuals",
         "Correlation of the residuals over held-out windows. Between the dotted lines all lags together are in 99 % of "
         "cases where nothing but white noise is left; lag 0 does not count."
         " An outer encoder that rides on the inner rod brings the inner one's noise into both angles.",
-        f"Residuals are, {'; '.join(said)}.",
         [_correlations(report, key, title) for key, title in titles.items()],
     )
 

@@ -29,7 +29,7 @@ def verdict(trace: Trace) -> str:
     """Say what the motion shows beside the paper's model, how much of it that explains, and what remains."""
     if trace.failure:
         return f"{capitalised(trace.failure)}."
-    effects, withdrawn = trace.effects, trace.withdrawn
+    effects, withdrawn = trace.effects, None if trace.effects else trace.withdrawn
     count = len(withdrawn.effects if withdrawn else effects)
     if withdrawn:
         subject = " and ".join(map(key_words, withdrawn.effects))
@@ -52,6 +52,9 @@ def verdict(trace: Trace) -> str:
     if differs:
         which = " and ".join(sorted({_with_place(e.active.effect) for e in differs}))
         said += f" Trials differ from one another in {which}: the next one may differ, too."
+    if effects and trace.withdrawn:
+        left_out = " and ".join(map(key_words, trace.withdrawn.effects))
+        said += f" Left out, as held-out motion is predicted worse with it: {left_out}."
     if any(over_inertia(quantity(parameter)) for effect in effects for parameter in effect.parameters):
         width = CONFIDENCE * trace.physical.inertia_std_once_weighed
         said += f" Torques in N m are known to ± {100.0 * width:.2g} % once the outer rod is weighed."

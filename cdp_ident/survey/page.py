@@ -170,7 +170,6 @@ def _over_time(
     survey: Section, number: int, name: str, rigs: list[tuple[int, str, Section]], places: dict[str, int]
 ) -> Figure:
     marks: list[Line] = []
-    said = []
     count = max(2, len(survey["rigs"]))
     for index, rig, quantity in rigs:
         estimates = quantity["estimates"]
@@ -190,12 +189,10 @@ def _over_time(
             if (begin := end - stretch["pieces"] + 1) < end:
                 ends = np.array([at[begin] - 0.2, at[end] + 0.2])
                 marks.append(Line(rig, colour, ends, np.full(2, stretch["value"]), dash="dash"))
-        said.append(f"{rig}: {quantity['latest']['value']:.4g} in the last {quantity['latest']['pieces']} of {len(at)}")
     return Figure(
         f"survey_{number}",
         name,
         f"With 95 % intervals, one place for each {survey['by']}, in the order of time; dashed: means between changes.",
-        f"{name} over time. {'; '.join(said)}.",
         [Panel(Axis(ticks=_ticks(places)), Axis(unit(rigs[0][2]["unit"])), marks, height=220.0)],
     )
 

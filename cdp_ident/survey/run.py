@@ -22,15 +22,16 @@ from rich.console import Console
 
 from cdp_ident.bag.folders import bags_below
 from cdp_ident.bag.metadata import Metadata
-from cdp_ident.bag.reader import bag_name, read_joint_states
+from cdp_ident.bag.reader import bag_checksums, bag_name, read_joint_states
 from cdp_ident.configuration.settings import Settings, given_for
 from cdp_ident.errors import BagError, CdpIdentError, FitFailedError, OptionError, ReportError, TrialError
 from cdp_ident.files import read_regular
+from cdp_ident.output_folder import json_text, write_files
 from cdp_ident.outside_text import shown
 from cdp_ident.pipeline.identifier import Identifier, Request
 from cdp_ident.pipeline.interruption import Interruption
-from cdp_ident.report.folder import REPORT, json_text, write_files
-from cdp_ident.report.provenance import bag_checksums, versions
+from cdp_ident.report.folder import REPORT
+from cdp_ident.report.provenance import versions
 from cdp_ident.report.report_file import read_report
 from cdp_ident.report.schema import Section
 from cdp_ident.survey.workers import each

@@ -1,13 +1,16 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""The torque in each joint that a model lacks, along the motion: the smoothed unknown torque of the likelihood."""
+"""Torques in each joint along the motion: what a model lacks, smoothed by the likelihood, and those of its effects."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from cdp_ident.arrays import Array, Indices
 from cdp_ident.likelihood.whole_swing import WholeSwings
+from cdp_ident.model.layout import RODS_STATES
+from cdp_ident.model.motions import accelerations_at
 
 
 @dataclass(frozen=True)
@@ -66,3 +69,34 @@ def _torques_of_base(found: WholeSwings, states: Array) -> Array:
     A23, _, a1, _, _, L, _ = found.model.coefficients(found.values)
     inner, outer = -a1 * L * np.cos(states[:, 0]), -A23 * np.cos(states[:, 1])
     return np.stack([inner + outer, outer], axis=1)
+
+
+def torques_of_effects(found: WholeSwings) -> Array:
+    """Return the torque (effects, n, 2) over A22 that each effect brings the joints; zero for effects of encoders."""
+    torques = np.zeros((len(found.model.effects), sum(len(of) - 1 for of in found.states), 2))
+    for index, active in enumerate(found.model.effects):
+        if active.effect.moves:
+            torques[index] = np.concatenate(list(_of_effect(found, index)))
+    return torques
+
+
+def _of_effect(found: WholeSwings, index: int) -> Iterator[Array]:
+    """Yield for each swing the torque (nodes - 1, 2) over A22 that an effect brings the joints (inverse dynamics)."""
+    others, remain = found.model.without_effect(index)
+    bounds = np.cumsum([RODS_STATES, *(active.effect.states for active in found.model.effects)]).tolist()
+    own = range(bounds[index], bounds[index + 1])
+    for swing, of in zip(found.recorded.swings, found.states, strict=True):
+        states, times, u = of[1:, : found.model.states], swing.begin + swing.node_times[1:], swing.u[1:]
+        without = (others, found.values[remain], np.delete(states, own, axis=1))
+        accelerations = []
+        for model, values, of_model in (without, (found.model, found.values, states)):
+            weighted = model.with_weights(values, swing.weights)
+            coefficients = model.coefficients(weighted.values)
+            acting = model.acting(weighted.values, swing.trial, weighted.carried)
+            accelerations.append(accelerations_at(coefficients, np.ascontiguousarray(of_model), u, acting, times))
+        A23, A33 = coefficients[:2]
+        more, coupling = accelerations[1] - accelerations[0], A23 * np.cos(states[:, 0] - states[:, 1])
+        on_inner = more[:, 0] + coupling * more[:, 1]
+        on_outer = coupling * more[:, 0] + A33 * more[:, 1]
+        # The outer joint's torque acts on the outer rod and, reversed, on the inner one.
+        yield weighted.share * np.stack([on_inner + on_outer, on_outer], axis=1)

@@ -68,33 +68,35 @@ class ModelSearch:
     def __init__(
         self,
         paper: WholeSwings,
-        say: Callable[[str], None],
-        stop: Callable[[], bool],
-        trying: Callable[[str], None],
         named_only: bool,
-        errors: OverWindows,
+        errors: OverWindows | None = None,
+        say: Callable[[str], None] = lambda line: None,
+        stop: Callable[[], bool] = lambda: False,
+        trying: Callable[[str], None] = lambda line: None,
+        begin: WholeSwings | None = None,
     ) -> None:
         """Begin with the paper's model.
 
         Args:
             paper: the paper's model, fitted.
+            named_only: whether nonparametric torques are left out.
+            errors: what models leave over windows; without it evidence alone decides.
             say: called with a line of text after each step.
             stop: asked repeatedly; true ends the search.
             trying: called with what is tried next.
-            named_only: whether nonparametric torques are left out.
-            errors: what models leave over windows.
+            begin: the best model until now, if that is another one.
         """
-        self._errors = errors
+        self._errors = errors or OverWindows((), paper.recorded.encoders)
         self._recorded, self._say, self._stop, self._trying = paper.recorded, say, stop, trying
         self._named_only = named_only
-        self.fitted: dict[Key, WholeSwings] = {}
+        self.fitted: dict[Key, WholeSwings] = {_key(found.model): found for found in (paper, begin) if found}
         """All models, by their effects."""
         self._to_beat: dict[Key, float] = {}
         """Misfits that the fits of these were to beat: some were given up."""
         self.steps: list[Step] = []
         self.failures: list[str] = []
         self._scores: dict[int, tuple[WholeSwings, list[Score]]] = {}
-        self.paper = self.best = self.fitted[_key(paper.model)] = paper
+        self.paper, self.best = paper, begin or paper
 
     def cost(self, found: WholeSwings) -> float:
         """Return twice the logarithm of how much less probable a model is than the best one until now."""
@@ -119,6 +121,7 @@ class ModelSearch:
         Raises:
             InterruptedSearchError: the search is asked to stop.
         """
+        elsewhere = self._other_maxima, self._zeros, self._replace, self._begin_otherwise, self._look_ahead
         while True:
             neighbours = first(e for e in additions(self.best, self.scores) if len(e.model.effects) <= _MOST_EFFECTS)
             extended = [*extended_models(self.best)]
@@ -131,7 +134,7 @@ class ModelSearch:
                     self._spell_out(before)
                 self._exchange_for_rivals(before)
                 self._simplify()
-            elif self._other_maxima() or self._zeros() or self._replace() or self._look_ahead():
+            elif any(leads() for leads in elsewhere):
                 self._simplify()
             else:
                 return
@@ -318,6 +321,22 @@ class ModelSearch:
             rivals = sorted(self.fitted.values(), key=self.cost)
             self._move([*beside_rivals(self.best, before, rivals)], "exchanged for")
 
+    def _begin_otherwise(self) -> bool:
+        """Go on from other effects than those that the best model has, each with what that lacks most.
+
+        What imitates two effects at once may be taken first, and each step from there be an improvement.
+        """
+        there = {active.effect for active in self.best.model.effects}
+        single = [found for found in self.fitted.values() if len(found.model.effects) == 1]
+        rivals = [found for found in single if not there & {active.effect for active in found.model.effects}]
+        begun = list[Neighbour]()
+        for rival in sorted(rivals, key=self.cost)[:_RIVALS] if len(there) > 1 else ():
+            (active,) = rival.model.effects
+            leading = next(additions(rival, self._lasting(rival)), None)
+            if leading and leading.model.effects[-1].effect not in there:
+                begun.append(replace(leading, what=(active.key, *leading.what)))
+        return self._move(begun, "exchanged for")
+
     def _look_ahead(self) -> bool:
         """Add more to what is more probable than the best model, but explains nothing over windows.
 
@@ -401,13 +420,19 @@ class ModelSearch:
             key = _key(each.model)
             if each.again or (key not in begun and not self._is_fitted(key, least)):
                 begun.setdefault(key, []).append(each)
-        fits = parallel_map(lambda of: self._near(of, least), [*begun.values()])
+        fits = [*parallel_map(lambda of: self._near(of, least), [*begun.values()])]
         for (key, of), (found, failures) in zip(begun.items(), fits, strict=True):
             self._to_beat[key] = max(least, self._to_beat.get(key, -np.inf))
             self.failures += [f"{' and '.join(of[0].what)}: {failure}" for failure in failures]
             # What is kept does not depend on which fit is done first.
             if found:
                 self._keep(found)
+        new = [found for found, _ in fits if found and cost_unless_imitated(found, self.best) < 0.0]
+        lowest = min(map(self.cost, new), default=0.0)
+        # Torques may follow what they explain: without them they may be far more likely.
+        leading = [found for found in new if hides_more(found) and self.cost(found) < lowest + _HOPELESS]
+        for found in parallel_map(likelier_maximum, leading):
+            self._keep(found)
         by_model = {_key(each.model): each.what for each in reversed(neighbours)}
         return [(self.fitted[key], what) for key, what in by_model.items() if key in self.fitted]
 
@@ -438,13 +463,11 @@ class ModelSearch:
                 searches.append(search)
         if not searches:
             return None, []
-        found, failures = best_of(searches, to_beat + _HOPELESS)
-        if found and hides_more(found) and cost_unless_imitated(found, self.best) < 0.0:
-            # Torques may follow what it explains: without them it may be far more likely.
-            found = likelier_maximum(found)
-        return found, failures
+        return best_of(searches, to_beat + _HOPELESS)
 
 
+_RIVALS = 3
+"""So many other effects may begin another model."""
 _HOPELESS = 30.0
 """A model whose misfit is larger than the best one's by this is not fitted to the end."""
 _SURE = 100.0

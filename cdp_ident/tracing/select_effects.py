@@ -11,12 +11,14 @@ from cdp_ident.arrays import Array
 from cdp_ident.diagnosis.identification import Identification
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.active_effect import ActiveEffect
+from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.fit.windows import shared
+from cdp_ident.likelihood.scores import Score
 from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.effects.effect import Effect
 from cdp_ident.tracing.certainty import certainties, not_distinguished, probabilities
 from cdp_ident.tracing.model_search import InterruptedSearchError, ModelSearch
-from cdp_ident.tracing.neighbours import Neighbour, scores_of
+from cdp_ident.tracing.neighbours import Neighbour
 from cdp_ident.tracing.over_windows import OverWindows
 from cdp_ident.tracing.selection import Selection, Step
 from cdp_ident.tracing.suggestions import suggestions
@@ -51,28 +53,30 @@ def select_effects(
     """
     data = found.data.over_shorter_windows(found.data.scales.half_swing)
     errors = OverWindows(shared(data.fit, found.enough), data.noise)
-    search = ModelSearch(found.whole, say, stop, trying, found.options.named_effects_only, errors)
-    interrupted, without = False, tuple[WholeSwings | None, ...]()
+    search = ModelSearch(found.whole, found.options.named_effects_only, errors, say, stop, trying)
+    interrupted = False
     try:
         search.begin_with(_expected(found, expected), "confirmed")
         search.run([*suggestions(search.paper)] if search.best is search.paper else ())
-        without = tuple(search.without(index) for index in range(len(search.best.model.effects)))
     except InterruptedSearchError:
         interrupted = True
     except (IdentificationError, np.linalg.LinAlgError) as error:
         search.failures.append(f"the search ended early: {error}")
-    without = without or (None,) * len(search.best.model.effects)
+    best, count = search.best, len(search.best.model.effects)
+    without, scored = tuple[WholeSwings | None, ...](), tuple[Score, ...]()
     try:
+        without = () if interrupted else tuple(map(search.without, range(count)))
         scored = tuple(search.scores)
+    except InterruptedSearchError:
+        interrupted = True
     except (IdentificationError, np.linalg.LinAlgError) as error:
         search.failures.append(f"what other effects would do: {error}")
-        scored = ()
     probability, also_possible = probabilities(search), not_distinguished(search)
     return Selection(
         before=search.paper,
-        after=search.best,
+        after=best,
         steps=tuple(search.steps),
-        without=without,
+        without=without or (None,) * count,
         probability=probability,
         also_possible=also_possible,
         certainty=certainties(search, probability, also_possible),
@@ -83,19 +87,30 @@ def select_effects(
     )
 
 
-def withdrawn_from(selection: Selection, named_only: bool) -> Selection:
-    """Return a selection whose effects are withdrawn: it ends where it began.
+def withdrawn_from(selection: Selection, index: int | None, options: IdentifyOptions) -> Selection:
+    """Return a selection from which an effect is withdrawn, or all of them (None): the others are as sure as before.
 
-    Args:
-        selection: with effects.
-        named_only: whether nonparametric torques are left out.
+    Raises:
+        IdentificationError: the model without it, or what other effects would do for that, cannot be computed.
     """
-    paper = selection.before
-    last = Step("withdrawn, as held-out motion is predicted worse", 0.0, ())
+    effects = selection.after.model.effects
+    after = selection.before if index is None else selection.without[index]
+    if after is None:
+        raise IdentificationError("the model without that effect cannot be fitted")
+    kept = [k for k in range(len(effects)) if index not in (None, k)]
+    what = " and ".join(active.key for k, active in enumerate(effects) if k not in kept)
+    step = Step(f"withdrawn, as held-out motion is predicted worse: {what}", after.misfit - selection.before.misfit, ())
+    search = ModelSearch(selection.before, options.named_effects_only, begin=after)
     return replace(
-        selection, after=paper, steps=(*selection.steps, last), without=(), probability=(), also_possible=(),
-        certainty=(), scores=tuple(scores_of(paper, named_only)),
-    )  # fmt: skip
+        selection,
+        after=after,
+        steps=(*selection.steps, step),
+        without=tuple(search.without(place) for place in range(len(kept))),
+        probability=tuple(selection.probability[k] for k in kept),
+        also_possible=tuple(selection.also_possible[k] for k in kept),
+        certainty=tuple(selection.certainty[k] for k in kept),
+        scores=tuple(search.scores),
+    )
 
 
 def _expected(found: Identification, expected: Sequence[ExpectedEffect]) -> Iterator[Neighbour]:

@@ -16,11 +16,12 @@ from cdp_ident.fit.initial_states import fit_initial_states
 from cdp_ident.fit.physical import PhysicalValues
 from cdp_ident.likelihood.whole_swing import LARGER, WholeSwings
 from cdp_ident.model.parameters import groups_of, inertia_about_cart
+from cdp_ident.tracing.carry_over import Withdrawn, what_carries_over
 from cdp_ident.tracing.certainty import shown_by, where_more_remains
-from cdp_ident.tracing.final_model import FinalModel, final_values, is_worse
+from cdp_ident.tracing.final_model import FinalModel, final_values
 from cdp_ident.tracing.found_effects import FoundEffect, found_effects
 from cdp_ident.tracing.in_doubt import InDoubt, added_covariance, effects_in_doubt
-from cdp_ident.tracing.select_effects import ExpectedEffect, select_effects, withdrawn_from
+from cdp_ident.tracing.select_effects import ExpectedEffect, select_effects
 from cdp_ident.tracing.selection import Selection
 from cdp_ident.tracing.unexplained import Unexplained, unexplained
 
@@ -38,16 +39,6 @@ class LongerWindows:
     """[s]"""
     error: float
     """Over held-out motion [rad]."""
-
-
-@dataclass(frozen=True)
-class Withdrawn:
-    """Effects that were found, and predict what was held out worse than the paper's model does."""
-
-    effects: tuple[str, ...]
-    """Their keys."""
-    holdout: float
-    """Error of the model with them over what was held out [rad]."""
 
 
 @dataclass(frozen=True)
@@ -139,7 +130,9 @@ def judged(
     Raises:
         IdentificationError, LinAlgError: no model can be evaluated.
     """
-    data, failure, searched, withdrawn = found.data, found.failure, selection, None
+    data, failure, searched = found.data, found.failure, selection
+    without: Sequence[float] = ()
+    withdrawn = None
     before = FinalModel.of(found.whole, data, found.fit)
     after = FinalModel.of(selection.after, data) if selection and selection.after is not found.whole else before
     try:
@@ -149,11 +142,12 @@ def judged(
     failure = failure or (_wrong_counts(selection.after) if selection else "")
     if failure:
         selection, after = None, before
-    if selection and is_worse(after.holdout.rmse(), before.holdout.rmse()):
-        keys = tuple(active.key for active in selection.after.model.effects)
-        withdrawn, after = Withdrawn(keys, after.holdout.rmse()), before
-        selection = withdrawn_from(selection, found.options.named_effects_only)
-    without = [after.error_of(other) if other else float("nan") for other in selection.without] if selection else []
+    if selection:
+        try:
+            after, selection, without, withdrawn = what_carries_over(before, after, selection, found)
+        except (IdentificationError, np.linalg.LinAlgError) as error:
+            failures = [*failures, f"whether each effect carries over: {error}"]
+            without = [float("nan")] * len(selection.without)
     errors = _errors(found, before, after)
     in_doubt = effects_in_doubt(selection.scores) if selection else ()
     chosen = selection.after if selection else found.whole

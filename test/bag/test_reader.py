@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Any rosbag2 bag is read, or refused with one clear error."""
 
+import hashlib
 import os
 import sqlite3
 import struct
@@ -16,7 +17,7 @@ from mcap.opcode import Opcode
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 
 from cdp_ident.bag.joint_state import HEAD_OFFSET, MESSAGE_TYPE, parse_layout, serialize_joint_state, typestore
-from cdp_ident.bag.reader import read_joint_states
+from cdp_ident.bag.reader import bag_checksums, read_joint_states
 from cdp_ident.bag.writer import BagWriter
 from cdp_ident.errors import BagError
 from scenarios.short_bags import COUNT, NAMES, PERIOD, POSITIONS, STAMPS, START, expect_all, fill, fill_sqlite, publish
@@ -307,3 +308,17 @@ def test_names_of_topics_are_shown_without_what_commands_a_terminal(tmp_path):
         read_joint_states(publish(tmp_path / "swing", raw, topic="/\x1b[2J" + "x" * 10_000), "/joint_states")
     assert "\x1b" not in str(refused.value)
     assert len(str(refused.value)) < 1000
+
+
+def test_a_bag_s_files_with_messages_are_summed(tmp_path):
+    (tmp_path / "b_0.mcap").write_bytes(b"one")
+    (tmp_path / "b_1.mcap.zstd").write_bytes(b"two")
+    (tmp_path / "metadata.yaml").write_bytes(b"changes when touched")
+    sums = {name: hashlib.sha256(data).hexdigest() for name, data in (("b_0.mcap", b"one"), ("b_1.mcap.zstd", b"two"))}
+    assert bag_checksums(tmp_path) == bag_checksums(tmp_path / "metadata.yaml") == sums
+    assert bag_checksums(tmp_path / "b_0.mcap") == {"b_0.mcap": sums["b_0.mcap"]}
+
+
+def test_a_missing_bag_is_refused(tmp_path):
+    with pytest.raises(BagError, match="nowhere"):
+        bag_checksums(tmp_path / "nowhere")

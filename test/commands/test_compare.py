@@ -7,7 +7,8 @@ import re
 import pytest
 
 from cdp_ident.commands.compare import main
-from cdp_ident.report.folder import REPORT, json_text
+from cdp_ident.output_folder import json_text
+from cdp_ident.report.folder import REPORT
 
 
 @pytest.fixture

@@ -14,7 +14,8 @@ from pathlib import Path
 import pytest
 
 from cdp_ident.commands.survey import main
-from cdp_ident.report.folder import REPORT, alone_in
+from cdp_ident.output_folder import alone_in
+from cdp_ident.report.folder import REPORT
 from cdp_ident.survey.run import RECORD
 from scenarios.fleet import NOON, write_fleet
 

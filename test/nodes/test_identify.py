@@ -22,7 +22,8 @@ from cdp_ident.configuration.parameter_file import read_parameter_file
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.model.parameters import GROUPS, INERTIA, NOMINAL
 from cdp_ident.nodes.identify import main
-from cdp_ident.report.folder import FIGURES, FILES, json_text
+from cdp_ident.output_folder import json_text
+from cdp_ident.report.folder import FIGURES, FILES
 from reference.pendulum import TABLE_5
 from scenarios.clean_bags import write_clean_bags
 

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from cdp_ident.pipeline.searches import search_by_both
-from cdp_ident.report.searches import best_error, fitness, search_figures, search_tables, shown_generations
+from cdp_ident.pipeline.searches_page import fitness, search_figures, search_tables, shown_generations
+from cdp_ident.report.chapters import best_error
 
 BAGS = Path(__file__).parents[2] / "bags"
 SHORT = {"search.population": 20, "search.generations": 25}

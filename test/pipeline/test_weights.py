@@ -17,9 +17,9 @@ from cdp_ident.errors import IdentificationError, OptionError, TrialError
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.model.parameters import SYMBOLS
 from cdp_ident.model.weights import Weight
+from cdp_ident.output_folder import json_text
 from cdp_ident.pipeline.identify import identify
 from cdp_ident.pipeline.job import load
-from cdp_ident.report.folder import json_text
 from cdp_ident.report.outcome import Job
 from cdp_ident.report.schema import problem
 from cdp_ident.report.wording import weights_words

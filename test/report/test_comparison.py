@@ -8,8 +8,9 @@ import math
 import pytest
 
 from cdp_ident.errors import OptionError, ReportError
+from cdp_ident.output_folder import json_text
 from cdp_ident.report.comparison import compare, fitted_quantity, read_runs
-from cdp_ident.report.folder import REPORT, json_text
+from cdp_ident.report.folder import REPORT
 
 
 def table(runs, title):

@@ -14,9 +14,9 @@ import pytest
 from cdp_ident.bag.device_messages import ClockRate
 from cdp_ident.configuration.settings import Settings
 from cdp_ident.diagnosis.warnings import find_warnings
+from cdp_ident.output_folder import json_text
 from cdp_ident.pipeline.job import load, run
 from cdp_ident.report.contents import report
-from cdp_ident.report.folder import json_text
 from cdp_ident.report.outcome import Job
 from cdp_ident.report.schema import problem
 

@@ -10,10 +10,10 @@ from rich.console import Console
 
 from cdp_ident.report.chapters import document_of
 from cdp_ident.report.document import Chapter, Charts, Code, Document, Sentences, Table, markdown, print_document
-from cdp_ident.report.figures.description import Figure
+from cdp_ident.report.figures.description import Axis, Figure, Panel
 from cdp_ident.report.wording import summary, with_std
 
-FIGURE = Figure("one", "Errors", "How large.", "Small.", ())
+FIGURE = Figure("one", "Errors", "How large.", [Panel(Axis(), Axis("m"), [])])
 NOTHING = {"interrupted": False, "looked_in_s": 0.0, "steps": [], "candidates": []}
 
 
@@ -141,4 +141,4 @@ def test_a_part_is_markdown_in_which_text_stays_text(part, text):
 def test_a_chapter_that_says_nothing_is_left_out():
     nothing = (Table("", ("a",), []), Sentences([]), Charts([FIGURE]))
     assert as_markdown(*nothing) == "# a\\_b\n\nAll is well.\n"
-    assert "![Small.](figures/one.svg)" in as_markdown(*nothing, with_figures=True)
+    assert "![Errors. m: .](figures/one.svg)" in as_markdown(*nothing, with_figures=True)

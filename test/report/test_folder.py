@@ -2,36 +2,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """A report replaces an earlier one as a whole, or not at all."""
 
-import json
-import math
 import os
-import shutil
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
 from cdp_ident.errors import OptionError
-from cdp_ident.report.folder import (
-    CURVES,
-    FIGURES,
-    FITTED,
-    PAGE,
-    REPORT,
-    TEXT,
-    check_folder,
-    json_text,
-    state_of,
-    write_files,
-    write_result,
-)
+from cdp_ident.output_folder import check_folder, write_files
+from cdp_ident.report.folder import CURVES, FIGURES, FILES, FITTED, PAGE, REPORT, TEXT, state_of, write_result
 
 
 def test_files_are_written_into_a_new_folder_and_beside_others(tmp_path):
     folder = tmp_path / "a" / "b"
-    check_folder(folder, force=False)
+    check_folder(folder, False, FILES)
     write_files(folder, {"notes.txt": "mine"})
-    check_folder(folder, force=False)
+    check_folder(folder, False, FILES)
     write_files(folder, {REPORT: "one", FITTED: "two"})
     there = {path.name: path.read_text() for path in folder.iterdir()}
     assert there == {"notes.txt": "mine", REPORT: "one", FITTED: "two"}
@@ -44,56 +29,8 @@ def test_a_report_that_is_there_is_replaced_only_on_demand(tmp_path, name):
     else:
         write_files(tmp_path, {name: "old"})
     with pytest.raises(OptionError, match="--force"):
-        check_folder(tmp_path, force=False)
-    check_folder(tmp_path, force=True)
-
-
-def test_without_force_no_file_is_replaced_that_came_meanwhile(tmp_path):
-    check_folder(tmp_path, force=False)
-    write_files(tmp_path, {PAGE: "theirs"}, force=False)
-    with pytest.raises(OptionError, match="--force"):
-        write_files(tmp_path, {TEXT: "mine", PAGE: "mine"}, force=False)
-    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {PAGE: "theirs"}
-
-
-@pytest.mark.parametrize("out", ["file", "file/below", "dangling_link"])
-def test_what_is_no_folder_is_refused_before_any_work(tmp_path, out):
-    (tmp_path / "file").write_text("")
-    (tmp_path / "dangling_link").symlink_to(tmp_path / "nowhere")
-    with pytest.raises(OptionError, match="is not a folder"):
-        check_folder(tmp_path / out, force=True)
-    with pytest.raises(OptionError, match="cannot be written"):
-        write_files(tmp_path / out, {REPORT: "new"})
-
-
-@pytest.mark.skipif(os.getuid() == 0, reason="root may write everywhere")
-def test_a_folder_without_permission_is_refused(tmp_path):
-    tmp_path.chmod(0o500)
-    with pytest.raises(OptionError, match="cannot be written to"):
-        check_folder(tmp_path / "out", force=False)
-
-
-def test_a_failure_half_way_leaves_the_old_report_and_nothing_else(tmp_path, monkeypatch):
-    write_files(tmp_path, {REPORT: "old", FITTED: "old"})
-
-    def full(_descriptor):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(os, "fsync", full)
-    with pytest.raises(OptionError, match="No space left"):
-        write_files(tmp_path, {REPORT: "new", FITTED: "new"})
-    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {REPORT: "old", FITTED: "old"}
-
-
-def test_json_is_strict():
-    content = {"a": [math.nan, (math.inf, 1.5)], "b": {"c": -math.inf, 3: True}, "d": "ü"}
-    assert json.loads(json_text(content)) == {"a": [None, [None, 1.5]], "b": {"c": None, "3": True}, "d": "ü"}
-
-
-def test_a_disk_with_too_little_space_is_refused_before_any_work(tmp_path, monkeypatch):
-    monkeypatch.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=1_000_000))
-    with pytest.raises(OptionError, match="only 1 MB are free"):
-        check_folder(tmp_path, force=False)
+        check_folder(tmp_path, False, FILES)
+    check_folder(tmp_path, True, FILES)
 
 
 OLD = dict.fromkeys((REPORT, FITTED, CURVES, PAGE, f"{FIGURES}/a.png", f"{FIGURES}/a.svg"), "old")

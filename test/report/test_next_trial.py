@@ -8,17 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cdp_ident.design.questions import Question, answers, strength_of, usual_questions
 from cdp_ident.design.starts import Grid
 from cdp_ident.report.knowledge import knowledge_of
-from cdp_ident.report.next_trial import (
-    Question,
-    advice_map,
-    advice_words,
-    answers,
-    next_trial_section,
-    strength_of,
-    usual_questions,
-)
+from cdp_ident.report.next_trial import advice_map, advice_words, next_trial_section
 from scenarios.weighted import WEIGHT
 
 
@@ -57,10 +50,10 @@ def test_with_a_weight_that_the_trials_had_starts_are_tried_with_and_without_it(
     knowledge = knowledge_of(read_content)
     both = answers(knowledge, None, [Question("all"), Question("A22")], Grid.of(90.0), [(), (WEIGHT,), (WEIGHT,)])
     of_groups, of_inertia = both
-    assert (of_groups["expected_unloaded"] < np.inf) == bool(of_groups["weights"])
-    assert of_inertia["weights"] == [vars(WEIGHT)]
-    assert of_inertia["expected"] < 1e-3
-    assert of_inertia["expected_unloaded"] == np.inf
+    assert (of_groups.expected_unloaded < np.inf) == bool(of_groups.trial.weights)
+    assert of_inertia.trial.weights == (WEIGHT,)
+    assert of_inertia.expected < 1e-3
+    assert of_inertia.expected_unloaded == np.inf
 
 
 def test_what_a_weight_brings_is_said_beside_what_comes_without(read_content):
@@ -129,12 +122,11 @@ def test_the_map_has_each_start_and_at_the_one_to_take_a_dot_and_what_the_words_
     inner, outer = (int(place[0]) for place in (dot.x, dot.y))
     assert np.degrees(advice["inner_rad"]) == pytest.approx(np.degrees(advice["map"]["inner_rad"][inner]))
     assert heat.matrix[outer, inner] == 100.0 * advice["expected"]
-    assert f"fall to {heat.matrix[outer, inner]:.2g} %" in figure.alternative
+    assert f"fall to {heat.matrix[outer, inner]:.2g} %" in advice_words(read_content)[0]
     others = np.delete(heat.matrix.ravel(), outer * heat.matrix.shape[1] + inner)
     exact = 100.0 * np.array(advice["map"]["values"])
     assert np.isin(others, exact).all()
     assert figure.panels[0].title == "all base parameters [%]"
-    assert "all base parameters: let go" in figure.alternative
 
 
 def test_starts_without_a_motion_are_left_blank(read_content):

@@ -52,14 +52,13 @@ def test_a_nominal_value_of_zero_is_left_out(read_content):
 
 
 def test_correlations_are_of_the_final_model(read_content):
-    (figure,) = correlation(read_content)
+    figure = correlation(read_content)
     (heat,) = figure.panels[0].marks
     assert isinstance(heat, Heat)
     assert figure.panels[0].y.ticks[-1] == (6.0, "coulomb friction,\nouter, torque  7")
     assert figure.panels[0].x.ticks[-1] == (6.0, "7")
     assert np.diag(heat.matrix) == pytest.approx(1.0)
     assert heat.matrix == pytest.approx(heat.matrix.T)
-    assert f"A33/A22 with A23/A22: {heat.matrix[1, 0]:.2f}" in figure.alternative
 
 
 def test_each_trial_stands_against_the_joint_fit(read_content):
@@ -75,7 +74,7 @@ def test_each_trial_stands_against_the_joint_fit(read_content):
 def test_many_runs_find_room(read_content):
     estimates = [(f"run {k}", read_content["repeatability"]["trials"][0]["groups"]) for k in range(12)]
     joint = {"a1_over_A22": {"value": 2.7}, "c2_over_A22": {"value": 0.01}}
-    many = estimates_against(joint, estimates, ("", ""), "", "", "")
+    many = estimates_against(joint, "", estimates, "", ("", "", ""))
     positions = sorted(position for mark in intervals(many.panels[0]) for position in mark.y)
     assert np.min(np.diff(positions)) * many.panels[0].height / 2 > 8  # pixels
 

@@ -76,7 +76,7 @@ def test_panels_stand_one_below_the_other_without_touching(read_content, shown_c
 
 def test_upright_intervals_are_along_y():
     mark = Line("a", "ink", np.array([3.0]), np.array([1.0]), 0.0, shape="circle", half_widths=[0.2], upright=True)
-    (trace,) = plotly_figure(Figure("f", "", "", "", [Panel(Axis(), Axis(), [mark])]), Arrays())["data"]
+    (trace,) = plotly_figure(Figure("f", "", "", [Panel(Axis(), Axis(), [mark])]), Arrays())["data"]
     assert (trace["mode"], trace["error_y"]["array"]) == ("markers", [0.2])
     assert "error_x" not in trace
 
@@ -108,7 +108,7 @@ def test_text_is_no_markup():
         [mark, Line(evil, "ink", nothing, nothing, 0.0, shape="circle"), Line("a", "ink", nothing, nothing)],
         evil,
     )
-    drawn = plotly_figure(Figure("f", evil, evil, evil, [panel]), Arrays())
+    drawn = plotly_figure(Figure("f", evil, evil, [panel]), Arrays())
     for trace in drawn["data"]:
         trace.pop("meta")  # only compared with what the legend's buttons say
     assert "<img" not in json.dumps(drawn)

@@ -16,7 +16,7 @@ from cdp_ident.diagnosis import prediction
 from cdp_ident.errors import ReportError
 from cdp_ident.model.effects.effect import Joint
 from cdp_ident.model.weights import RODS
-from cdp_ident.report.folder import json_text
+from cdp_ident.output_folder import json_text
 from cdp_ident.report.report_file import read_report
 from cdp_ident.report.schema import REPORT, problem
 from cdp_ident.tracing import found_effects

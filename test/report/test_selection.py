@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from cdp_ident.report.figures.description import Bars
-from cdp_ident.report.selection import action_words, candidates, effects_words, selection, share_words
-from cdp_ident.report.wording import chance, odds
+from cdp_ident.report.selection import candidates, effects_words, selection, share_words
+from cdp_ident.report.wording import chance, key_words, odds
 
 
 @pytest.mark.parametrize(
@@ -23,7 +23,7 @@ from cdp_ident.report.wording import chance, odds
     ],
 )
 def test_a_step_of_the_selection_is_in_words(action, words):
-    assert action_words({"action": action}) == words
+    assert key_words(action) == words
 
 
 @pytest.mark.parametrize(("looked_in", "said"), [(0.0, False), (1.0, True), (23.9, False)])
@@ -55,9 +55,9 @@ def test_every_effect_that_was_tried_is_in_the_picture_and_the_taken_one_stands_
     tried = with_many_tried["selection"]["steps"][0]["tried"]
     assert [name.replace("\n", " ") for _, name in panel.y.ticks][:1] == ["air drag, outer, strips"]
     bars = {mark.label: mark for mark in panel.marks if isinstance(mark, Bars)}
-    assert list(bars["taken"].lengths) == [400.0]
-    assert len(bars["tried, not taken"].lengths) == len(tried) - 1
-    place = [position for position, _ in panel.y.ticks].index(bars["taken"].positions[0])
+    assert list(bars["taken"].x) == [400.0]
+    assert len(bars["tried, not taken"].x) == len(tried) - 1
+    place = [position for position, _ in panel.y.ticks].index(bars["taken"].y[0])
     assert tried[place]["effects"] == ["coulomb_friction.outer"]
     assert panel.title == "Step 1: added coulomb friction, outer"
     assert panel.marks[-1].x.tolist() == [0.0, 0.0]
@@ -99,5 +99,5 @@ def test_every_effect_that_was_looked_for_has_a_bar_with_its_odds_and_probabilit
     looked_for = {tuple(one["effect"].split(".")[:2]) for one in read_content["selection"]["candidates"]}
     assert len(panel.y.ticks) == len(looked_for)
     best = read_content["selection"]["candidates"][0]
-    assert panel.marks[0].lengths[0] == best["log10_odds"]
+    assert panel.marks[0].x[0] == best["log10_odds"]
     assert panel.marks[0].words[0] == f"{odds(best['log10_odds'])}, {chance(best['probability'])}"

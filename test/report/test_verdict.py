@@ -119,6 +119,12 @@ def test_what_was_withdrawn_is_said_with_both_errors_and_the_paper_s_model_is_ke
     )
 
 
+def test_effects_that_were_left_out_beside_others_are_named(trace):
+    sentence = verdict(replace(trace, withdrawn=Withdrawn(("backlash.inner",), 1e-3)))
+    left_out = " Left out, as held-out motion is predicted worse with it: backlash, inner."
+    assert sentence.replace(left_out, "") == verdict(trace) != sentence
+
+
 @pytest.mark.parametrize(
     ("count", "before", "after", "significant", "sentence"),
     [

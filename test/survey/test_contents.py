@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from cdp_ident.configuration.settings import Settings
-from cdp_ident.report.folder import json_text
+from cdp_ident.output_folder import json_text
 from cdp_ident.survey.contents import survey
 from cdp_ident.survey.page import chapter, figures, survey_html, verdict
 from cdp_ident.survey.run import LeftOut

@@ -23,7 +23,7 @@ DRY, SCALE = "coulomb_friction.outer", "encoder_scale.inner"
 
 def begun(trials, stop=lambda: False, trying=lambda line: None, say=lambda line: None, named_only=True):
     errors = OverWindows(cut_into_windows(trials, 0.6), np.full(2, NOISE))
-    return ModelSearch(likelier_maximum(fitted(recorded(trials), values=BEGIN)), say, stop, trying, named_only, errors)
+    return ModelSearch(likelier_maximum(fitted(recorded(trials), values=BEGIN)), named_only, errors, say, stop, trying)
 
 
 def rubbing(seed=0, size=4e-4):

@@ -11,8 +11,7 @@ import pytest
 from cdp_ident.errors import IdentificationError
 from cdp_ident.fit.options import IdentifyOptions
 from cdp_ident.pipeline.identify import identify
-from cdp_ident.tracing import final_model
-from cdp_ident.tracing import trace as tracing
+from cdp_ident.tracing import carry_over, final_model
 from cdp_ident.tracing.final_model import is_worse
 from cdp_ident.tracing.neighbours import scores_of
 from cdp_ident.tracing.select_effects import select_effects
@@ -113,7 +112,7 @@ def test_a_disturbance_in_what_is_held_out_is_told_and_has_no_part_in_the_values
 
 
 def test_what_predicts_held_out_motion_worse_than_the_paper_s_model_is_withdrawn(identified, traced, monkeypatch):
-    monkeypatch.setattr(tracing, "is_worse", lambda error, other: True)
+    monkeypatch.setattr(carry_over, "is_worse", lambda error, other: True)
     kept = judged_again(identified, traced.searched)
     assert kept.withdrawn.effects == (KEY,)
     assert kept.withdrawn.holdout == pytest.approx(traced.after.holdout.rmse(), rel=1e-6)

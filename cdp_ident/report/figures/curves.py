@@ -4,7 +4,7 @@
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -13,14 +13,13 @@ from cdp_ident.arrays import Array
 from cdp_ident.fit.physical import CONFIDENCE
 from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.model.parameters import INERTIA
-from cdp_ident.report.curves import NO_WINDOW, Curves, TorqueCurves, TrialCurves
+from cdp_ident.report.curves import NO_WINDOW, Curves, TorqueCurves
 from cdp_ident.report.figures.description import Axis, Colour, Figure, Line, Panel
 from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import Model, capitalised, effect_title, is_guessed, models, role_words
 
 MOST_SAMPLES = 10_000
 """Of all trials together: a page with more has over 2 MB. Of longer trials every second, third … sample is shown."""
-_ANGLES = ("θ1", "θ2")
 _TIME = Axis("time since the rods swing freely [s]")
 
 _MOST_DOTS = 1500
@@ -65,6 +64,10 @@ def _of_trials(report: Section, curves: Curves, name: str, title: str, caption: 
     thinned = f" One of {every.step} samples is shown." if every.step > 1 else ""
     for index, (trial, curve) in enumerate(zip(report["trials"], curves.trials, strict=True), start=1):
         window = float(np.ptp(curve.time)) / max(int(curve.window.max()) + 1, 1)
+        # Windows that were held out are marked where others of the trial were not.
+        held_out = np.unique(curve.window[curve.held_out])
+        partly = not curve.held_out[curve.window != NO_WINDOW].all()
+        times = [curve.time[curve.window == number] for number in (held_out if partly else ())]
         yield measured_and_simulated(
             f"{name}_{index}_{file_name(trial['name'])}",
             f"{title} of {trial['name']} ({role_words(trial)})",
@@ -72,7 +75,7 @@ def _of_trials(report: Section, curves: Curves, name: str, title: str, caption: 
             curve.time[every],
             curve.measured[every],
             {model: getattr(curve, kind + model.key)[every] for model in models(report)},
-            _held_out(curve),
+            [(float(time[0]), float(time[-1])) for time in times],
         )
 
 
@@ -91,39 +94,16 @@ def measured_and_simulated(
     held_out: Sequence[tuple[float, float]] = (),
 ) -> Figure:
     """Return the figure of a motion: angles (n, 2) measured and simulated [rad], and beneath what is left of them."""
-    left = {model: measured - angles for model, angles in simulated.items()}
     above, below = [], []
-    for column, angle in enumerate(_ANGLES):
-        lines = [
-            Line("measured", "ink", time, measured[:, column], width=2.5),
-            *(
-                Line(model.label, model.key, time, angles[:, column], dash=model.dash)
-                for model, angles in simulated.items()
-            ),
-        ]
-        errors = [Line(model.label, model.key, time, 1e3 * error[:, column], 1.2) for model, error in left.items()]
+    for column, angle in enumerate(("θ1", "θ2")):
+        lines, errors = [Line("measured", "ink", time, measured[:, column], width=2.5)], []
+        for model, angles in simulated.items():
+            left = 1e3 * (measured - angles)[:, column]
+            lines.append(Line(model.label, model.key, time, angles[:, column], dash=model.dash))
+            errors.append(Line(model.label, model.key, time, left, 1.2))
         above.append(Panel(_TIME, Axis(f"{angle} [rad]"), lines, height=190, held_out=held_out))
         below.append(Panel(_TIME, Axis(f"error of {angle} [mrad]"), errors, height=150, held_out=held_out))
-    said = (
-        f"{title}, over {time[-1]:.3g} s. Measured less simulated: {'; '.join(map(_rms_words, left, left.values()))}."
-    )
-    return Figure(name, title, caption, said, [*above, *below], shared_x=True)
-
-
-def _rms_words(model: Model, left: Array) -> str:
-    known = left[np.isfinite(left).all(axis=1)]
-    if not len(known):
-        return f"{model.label}: diverged"
-    rms = 1e3 * np.sqrt(np.mean(known**2, axis=0))
-    return f"{model.label}: {rms[0]:.3g} mrad rms in θ1 and {rms[1]:.3g} mrad in θ2"
-
-
-def _held_out(curve: TrialCurves) -> list[tuple[float, float]]:
-    """Return the windows that were held out, where others of the trial were not."""
-    if curve.held_out[curve.window != NO_WINDOW].all():
-        return []
-    windows = np.unique(curve.window[curve.held_out])
-    return [(float(t[0]), float(t[-1])) for t in (curve.time[curve.window == window] for window in windows)]
+    return Figure(name, title, caption, [*above, *below], shared_x=True)
 
 
 class _Unit(NamedTuple):
@@ -141,9 +121,9 @@ class _Unit(NamedTuple):
             return cls("1/s²", 1 / inertia["value"], " Over A22, which is all that a free swing shows of torques.")
         return cls("mN m", 1e3, " In N m by A22, which a free swing does not show.")
 
-    def axis(self, joint: str) -> Axis:
+    def axis(self, joint: str, limits: tuple[float, float] | None = None) -> Axis:
         """Return an axis of torques in a joint."""
-        return Axis(f"{joint} joint [{self.name}]")
+        return Axis(f"{joint} joint [{self.name}]", limits=limits)
 
 
 def missing_torques(report: Section, curves: Curves) -> Iterator[Figure]:
@@ -153,22 +133,15 @@ def missing_torques(report: Section, curves: Curves) -> Iterator[Figure]:
     if not lacking:
         return  # effects were not looked for, or nothing is missing
     unit = _Unit.of(report)
-    sizes = "; ".join(
-        f"{joint} joint "
-        + ", ".join(f"{_rms(unit.size * torques.missing[:, k]):.3g} {model.key}" for model, torques in shown)
-        for k, joint in enumerate(JOINTS)
-    )
 
-    def over(abscissa: str) -> Iterator[Panel]:
-        for column in lacking:
-            marks = []
-            for model, torques in shown:
-                values = (unit.size * of[:, column] for of in (torques.missing, torques.std))
-                x = torques.over(abscissa, column)
-                marks += _cloud(model.label, f"mean {model.key}", model, x, *values)
-            yield _panel(abscissa, JOINTS[column], marks, unit)
-
-    over_time = [
+    panels = {abscissa: list[Panel]() for abscissa in ("speed", "time", "angle")}
+    for abscissa, column in product(_LABELS, lacking):
+        marks = []
+        for model, torques in shown:
+            values = (unit.size * of[:, column] for of in (torques.missing, torques.std))
+            marks += _cloud(model.label, f"mean {model.key}", model, torques.over(abscissa, column), *values)
+        panels[abscissa].append(_panel(abscissa, JOINTS[column], marks, unit))
+    panels["time"] = [
         Panel(
             _TIME,
             unit.axis(joint),
@@ -180,16 +153,15 @@ def missing_torques(report: Section, curves: Curves) -> Iterator[Figure]:
         for column, joint in enumerate(JOINTS)
         if any(np.any(torques.missing[torques.trial == index, column]) for _, torques in shown)
     ]
-    bins = " Lines are means in bins: what matters is a mean away from zero."
-    for name, note, panels in (("speed", bins, over("speed")), ("time", "", over_time), ("angle", bins, over("angle"))):
+    for name, of in panels.items():
+        bins = "" if name == "time" else " Lines are means in bins: what matters is a mean away from zero."
         yield Figure(
             f"torque_over_{name}",
             f"Missing torque over {name}",
             "Torque that no law of a model gives, as the motion shows it: what is most likely, given all readings, "
             "with a band of one standard deviation; in a joint that is not shown, none is missing beyond chance."
-            f"{unit.caption}{note}",
-            f"Missing torque over {name}, root mean square in {unit.name}: {sizes}.",
-            list(panels),
+            f"{unit.caption}{bins}",
+            of,
         )
 
 
@@ -199,8 +171,9 @@ def effects_through_residuals(report: Section, curves: Curves) -> Iterator[Figur
     for place, (effect, of_effect) in enumerate(zip(report["effects"], torques.effects, strict=True), start=1):
         if not np.any(of_effect):
             continue  # an encoder's, or one of a trial that is not among these
-        strongest = int(np.argmax(np.mean(of_effect**2, axis=0)))
-        column = strongest if effect["joint"] == "base" else JOINTS.index(effect["joint"])
+        strongest = JOINTS[np.argmax(np.mean(of_effect**2, axis=0))]
+        joint = strongest if effect["joint"] == "base" else effect["joint"]
+        column = JOINTS.index(joint)
         shown = (of_effect, torques.missing + of_effect, torques.std)
         fitted, without, std = (unit.size * of[:, column] for of in shown)
         panels = []
@@ -208,15 +181,12 @@ def effects_through_residuals(report: Section, curves: Curves) -> Iterator[Figur
             x = torques.over(abscissa, column)
             marks = _cloud("missing without it", "mean without it", models(report)[0], x, without, std)
             marks.append(_dots("the fitted effect", "ink", x, fitted, size=3.0, opacity=0.9))
-            panels.append(_panel(abscissa, JOINTS[column], marks, unit))
-        title = effect_title(effect)
+            panels.append(_panel(abscissa, joint, marks, unit))
         yield Figure(
             f"effect_{place}_{effect['name']}_{effect['joint']}",
-            f"{capitalised(title)}, through what is missing without it",
+            f"{capitalised(effect_title(effect))}, through what is missing without it",
             f"What the final model would lack without this effect, and the effect's own torque: {effect['formula']}. "
             "It is a line where it depends on nothing but what is along the axis." + unit.caption,
-            f"{title}: a torque between {fitted.min():.3g} and {fitted.max():.3g} {unit.name}. In the joint "
-            f"{_rms(without):.3g} {unit.name} rms are missing without it, {_rms(without - fitted):.3g} with it.",
             panels,
         )
 
@@ -231,21 +201,14 @@ def nonparametric_torques(report: Section) -> Iterator[Figure]:
         torque, std = (unit.size * np.array(curve[key], dtype=float) for key in ("torque", "std"))
         marks = [Line("the torque", "after", x, torque, 2.5), *_band("95 % band", x, torque, CONFIDENCE * std)]
         axis = Axis(_LABELS[curve["over"]].format(effect["joint"]))
-        title, likeness = effect_title(effect), f" It is like that of {curve['likeness']}." if curve["likeness"] else ""
-        place = int(np.argmax(np.abs(torque)))
+        likeness = f" It is like that of {curve['likeness']}." if curve["likeness"] else ""
         yield Figure(
             f"curve_{index}_{effect['name']}_{effect['joint']}",
-            capitalised(title),
+            capitalised(effect_title(effect)),
             "A nonparametric torque, as the motion shows it, over the range that the motion covers."
-            + likeness
-            + unit.caption,
-            f"{title}: up to {torque[place]:.3g} ± {std[place]:.2g} {unit.name} at {x[place]:.3g}." + likeness,
+            f"{likeness}{unit.caption}",
             [Panel(axis, unit.axis(effect["joint"]), marks, height=240)],
         )
-
-
-def _rms(torque: Array) -> float:
-    return float(np.sqrt(np.mean(torque**2)))
 
 
 def _dots(label: str, colour: Colour, x: Array, y: Array, size: float = 4.0, opacity: float = 0.3) -> Line:
@@ -290,5 +253,4 @@ def _panel(abscissa: str, joint: str, marks: list[Line], unit: _Unit) -> Panel:
     clouds = np.concatenate([mark.y for mark in marks if not mark.width])
     clouds = clouds[np.isfinite(clouds)]
     limit = max(1.2 * float(np.quantile(np.abs(clouds), _SHOWN)), 1e-9) if len(clouds) else 1.0
-    y = replace(unit.axis(joint), limits=(-limit, limit))
-    return Panel(Axis(_LABELS[abscissa].format(joint)), y, marks, height=240)
+    return Panel(Axis(_LABELS[abscissa].format(joint)), unit.axis(joint, (-limit, limit)), marks, height=240)

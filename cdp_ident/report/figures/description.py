@@ -79,12 +79,12 @@ class Line:
 
 @dataclass(frozen=True)
 class Bars:
-    """Horizontal bars from zero, each with its length in words."""
+    """Horizontal bars from zero to x, each with its length in words."""
 
     label: str
     colour: Colour
-    positions: Sequence[float]
-    lengths: Sequence[float]
+    x: Sequence[float]
+    y: Sequence[float]
     words: Sequence[str]
     thickness: float = 0.7
 
@@ -97,6 +97,7 @@ class Heat:
     limits: tuple[float, float] = (-1.0, 1.0)
     digits: int = 2
     """Behind the point."""
+    label: str = ""
 
     @property
     def written(self) -> bool:
@@ -122,6 +123,10 @@ class Axis:
         """The ends of an axis whose places have names, with room for what is around the first and the last."""
         places = [place for place, _ in self.ticks]
         return min(places) - 0.6, max(places) + 0.6
+
+    def name_at(self, place: float) -> str:
+        """Return the name that is nearest to a place; empty where places are numbers."""
+        return min(self.ticks, key=lambda tick: abs(tick[0] - place), default=(place, ""))[1]
 
 
 def series(index: int) -> tuple[Colour, str]:
@@ -172,11 +177,14 @@ class Figure:
     title: str
     caption: str
     """How to read it."""
-    alternative: str
-    """What it shows, for those who cannot see it."""
     panels: Sequence[Panel]
     shared_x: bool = False
     """Whether all panels have the x axis of the last one."""
+
+    @property
+    def alternative(self) -> str:
+        """What it shows, for those who cannot see it."""
+        return " ".join([f"{self.title}.", *(f"{_in_words(panel)}." for panel in self.panels)])
 
     def legend(self) -> list[tuple[str, Colour, str]]:
         """Return label, colour and kind of mark of everything that has a name, each once."""
@@ -188,6 +196,24 @@ class Figure:
             if panel.held_out:
                 entries.setdefault("held out", ("held out", "held_out", "span"))
         return list(entries.values())
+
+
+def _in_words(panel: Panel) -> str:
+    """Say of each mark what it says itself, by the names along y, or else between what it is."""
+    said: dict[str, str] = {}
+    for mark in panel.marks:
+        if isinstance(mark, Heat) or not mark.words:
+            numbers = mark.matrix if isinstance(mark, Heat) else np.asarray(mark.y)
+            known = numbers[np.isfinite(numbers)]
+            words = f"{known.min():.3g} to {known.max():.3g}" if len(known) else "nothing"
+        elif isinstance(mark, Bars) or mark.shape:
+            named_words = zip(map(panel.y.name_at, mark.y), mark.words, strict=True)
+            words = ", ".join(f"{name} {word}".strip() for name, word in named_words)
+        else:
+            words = mark.words[0]
+        said.setdefault(mark.label, words)
+    title = panel.title or panel.y.label or panel.x.label
+    return f"{title}: {'; '.join(f'{label} {words}'.strip() for label, words in said.items())}".removeprefix(": ")
 
 
 def _kind(mark: Line | Bars) -> str:

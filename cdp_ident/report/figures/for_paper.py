@@ -89,7 +89,7 @@ def _draw(panel: Panel, ax: Axes, hides_x: bool) -> None:
         elif isinstance(mark, Heat):
             _heat(mark, ax)
         else:
-            bars = ax.barh(mark.positions, mark.lengths, mark.thickness, color=LIGHT[mark.colour])
+            bars = ax.barh(mark.y, mark.x, mark.thickness, color=LIGHT[mark.colour])
             ax.bar_label(bars, [_literal(words) for words in mark.words], padding=3, fontsize=8, bbox=_BEHIND_WORDS)
             ax.margins(x=0.1)
     if panel.title:

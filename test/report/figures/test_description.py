@@ -39,7 +39,7 @@ def test_the_legend_has_each_name_once_with_colour_and_kind():
         Bars("e", "after", [0], [1], ["1"]),
     ]
     panels = [Panel(Axis(), Axis(), marks), Panel(Axis(), Axis(), again, held_out=[(0.0, 1.0)])]
-    assert Figure("f", "", "", "", panels).legend() == [
+    assert Figure("f", "", "", panels).legend() == [
         ("a", "ink", "solid"),
         ("b", "before", "dash"),
         ("n", "noise", "dot"),
@@ -51,7 +51,22 @@ def test_the_legend_has_each_name_once_with_colour_and_kind():
 
 
 def test_a_square_of_numbers_needs_no_legend():
-    assert Figure("f", "", "", "", [Panel(Axis(), Axis(), [Heat(np.eye(1))])]).legend() == []
+    assert Figure("f", "", "", [Panel(Axis(), Axis(), [Heat(np.eye(1))])]).legend() == []
+
+
+def test_what_a_figure_shows_is_in_words_for_those_who_cannot_see_it():
+    names = named(["rod", "cart"])
+    bars = Bars("of one", "after", [3.0, 4.0], [0.1, 1.1], ["3 mm", "4 mm"])
+    dots = Line("of another", "ink", np.ones(1), np.ones(1), 0.0, shape="circle", words=["1 mm"])
+    beside_names = Panel(Axis("length [mm]"), names, [bars, dots, level("all", "noise", 2.0, names)])
+    line = Line("a", "ink", np.arange(3.0), np.array([np.nan, -1.0, 2.0]))
+    lost = Line("b", "ink", np.arange(2.0), np.full(2, np.nan))
+    over_time = Panel(Axis("time [s]"), Axis("angle [rad]"), [line, lost])
+    square = Panel(Axis(), Axis(), [Heat(np.array([[1.0, 0.5]]))], "of all")
+    assert Figure("f", "Rods", "", [beside_names, over_time, square]).alternative == (
+        "Rods. length [mm]: of one rod 3 mm, cart 4 mm; of another cart 1 mm; all 2. "
+        "angle [rad]: a -1 to 2; b nothing. of all: 0.5 to 1."
+    )
 
 
 # Machado, Oliveira and Fernandes, IEEE Trans. Visualization and Computer Graphics 15, 2009, full severity, linear RGB.

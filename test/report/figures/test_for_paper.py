@@ -27,7 +27,7 @@ def figure(text="name"):
         Panel(Axis(text), Axis(text), [Line(text, "after", x, x**2), upright]),
         Panel(Axis(), Axis(ticks=[(0, text)]), [mark]),
     ]
-    return Figure("f", text, text, text, panels)
+    return Figure("f", text, text, panels)
 
 
 def test_both_kinds_of_file_come_out(png_and_svg):

@@ -1,74 +1,25 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Genetic searches: a report's, and the paper's two algorithms side by side: its Tables 4 and 5, and its figures."""
+"""The paper's two algorithms side by side, as tables and figures: its Tables 4 and 5, Figs. 7 to 9 and 13."""
 
 import statistics
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator
 
 import numpy as np
 
 from cdp_ident.arrays import Array
-from cdp_ident.fit.windows import Window
 from cdp_ident.model.parameters import GROUPS, SYMBOLS, groups_of
+from cdp_ident.pipeline.searches import Algorithm, Searches
 from cdp_ident.report.document import Table
 from cdp_ident.report.figures.curves import file_name, measured_and_simulated
 from cdp_ident.report.figures.description import Axis, Figure, Line, Panel
-from cdp_ident.report.schema import Section
 from cdp_ident.report.wording import Model, group_words
-from cdp_ident.search.genetic_search import Progress
 from cdp_ident.search.operators import logarithmic_fitness
 from cdp_ident.search.options import GeneticOptions
 
 _IN_PAPER = (1, 20, 40, 60, 80, 100, 200, 300, 400, 500)
 """Generations of its tables."""
 _GENERATION = Axis("generation")
-
-
-@dataclass(frozen=True)
-class Course:
-    """One search from its first population to its end."""
-
-    seed: int
-    generations: tuple[Progress, ...]
-    """After the first population, and after each generation."""
-    seconds: float
-    """That it took [s]."""
-
-    @property
-    def end(self) -> Progress:
-        """What it came to."""
-        return self.generations[-1]
-
-
-@dataclass(frozen=True)
-class Algorithm:
-    """One algorithm's searches, which differ by the seed."""
-
-    name: str
-    options: GeneticOptions
-    courses: tuple[Course, ...]
-    """By their last error, the best first."""
-    typical: Course
-    """The one in the middle."""
-    simulated: tuple[Array, ...]
-    """(n, 2) angles in each window with the best chromosome of the typical search [rad]."""
-
-
-@dataclass(frozen=True)
-class Searches:
-    """Both algorithms on the same motion."""
-
-    trials: tuple[str, ...]
-    """Names."""
-    windows: tuple[Window, ...]
-    """What is searched of each trial."""
-    noise_error: float
-    """What the encoders' noise alone leaves [rad^2]."""
-    length: float
-    """L [m]."""
-    algorithms: tuple[Algorithm, Algorithm]
-    """The traditional one and the improved one."""
 
 
 def shown_generations(last: int) -> list[int]:
@@ -148,15 +99,14 @@ def search_figures(searches: Searches) -> Iterator[Figure]:
     errors, fitnesses = ([line for pair in shown.items() for line in _lines(*pair, of)] for of in ("E", "H"))
     generations = errors[0].x
     floor = np.full(len(generations), searches.noise_error)
-    ends = [f"{a.name} from {a.courses[0].end.error:.3g} to {a.courses[-1].end.error:.3g} rad²" for a in shown.values()]
+    errors.append(Line("the encoders' noise alone", "noise", generations, floor, dash="dash"))
     yield Figure(
         "evolution",
         "Evolution of the best chromosome",
         f"Best error and its fitness (Eq. 7) after each generation: thin, each of {len(first.courses)} searches, which "
         "differ by the seed; thick, their median. As the paper's Figs. 7, 9 and 13, which show one search each.",
-        f"Best errors after the last generation: {'; '.join(ends)}.",
         [
-            _evolution([*errors, Line("the encoders' noise alone", "noise", generations, floor, dash="dash")]),
+            Panel(_GENERATION, Axis("best error E(Z) [rad²]", logarithmic=True), errors, height=260),
             Panel(_GENERATION, Axis("fitness H(Z)"), fitnesses),
         ],
         shared_x=True,
@@ -183,24 +133,3 @@ def _lines(model: Model, algorithm: Algorithm, of: str) -> Iterator[Line]:
     for values in every:
         yield Line(f"{model.label}, each seed", model.key, generations, values, 0.6)
     yield Line(f"{model.label}, median", model.key, generations, median, 3.0)
-
-
-def best_error(report: Section) -> Iterator[Figure]:
-    """Yield the best error over the generations of a report's search, where it was not cut short to a few."""
-    search = report["search"]
-    if search["cut_short"]:
-        return
-    history, name = np.array(search["history"]), search["method"].upper()
-    yield Figure(
-        "best_error",
-        "Evolution of the best error",
-        f"Squared error (Eq. 10) of the best chromosome after each generation of the search ({name}), from which the "
-        "refinement starts. As the paper's Figs. 7, 9 and 13.",
-        f"From {history[0]:.4g} to {history[-1]:.4g} rad² in {len(history) - 1} generations.",
-        [_evolution([Line(name, "after", np.arange(len(history), dtype=float), history, 2.0)])],
-    )
-
-
-def _evolution(lines: Sequence[Line]) -> Panel:
-    """Return best errors over the generations of searches."""
-    return Panel(_GENERATION, Axis("best error E(Z) [rad²]", logarithmic=True), lines, height=260)

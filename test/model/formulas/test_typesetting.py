@@ -9,7 +9,7 @@ import xml.etree.ElementTree as ET
 import pytest
 
 from cdp_ident.model.effects.catalogue import CATALOGUE
-from cdp_ident.report.typesetting import Formula
+from cdp_ident.model.formulas.typesetting import Formula
 
 
 @pytest.mark.parametrize(
