@@ -5,7 +5,7 @@
 import ast
 import math
 import operator
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TypeAlias
 
 Tree: TypeAlias = ast.expr
@@ -95,6 +95,18 @@ def rebuilt(tree: Tree, named: Callable[[str], Tree], called: Callable[[str, Seq
         return combined(type(tree.op), left, right)
     assert isinstance(tree, ast.Constant)
     return number(tree.value)  # type: ignore[arg-type]
+
+
+def substituted(tree: Tree, known: Mapping[str, Tree], function: Callable[[str, Tree], Tree] = applied) -> Tree:
+    """Return a tree with trees in the place of some names, and functions as `function` writes them."""
+
+    def called(name: str, arguments: Sequence[Tree]) -> Tree:
+        return function(name, rebuilt(arguments[0], named, called))
+
+    def named(name: str) -> Tree:
+        return known.get(name) or ast.Name(name)
+
+    return rebuilt(tree, named, called)
 
 
 def function_of(tree: ast.AST) -> str:

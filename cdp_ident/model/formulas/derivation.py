@@ -7,7 +7,7 @@ Derivatives, 2008), so that nothing grows and the code can be read.
 """
 
 import ast
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TypeVar
 
 import numpy as np
@@ -23,6 +23,7 @@ from cdp_ident.model.formulas.algebra import (
     negative,
     number,
     rebuilt,
+    substituted,
 )
 from cdp_ident.model.formulas.language import DERIVED, FREE, GIVEN, OF_JOINT, PAPER, STATE, VARIABLES
 from cdp_ident.model.formulas.syntax import levels, parse, tree_of
@@ -124,7 +125,7 @@ class Definitions:
 
     def _put(self, text: str, parts: Mapping[str, Tree]) -> Tree:
         """Return a formula of inputs and of parts that have names in it."""
-        return _with(tree_of(text), parts, self._function)
+        return substituted(tree_of(text), parts, self._function)
 
     def _mean(self, of: Tree, over: Tree) -> Tree:
         assert isinstance(over, ast.Name)
@@ -141,7 +142,7 @@ class Definitions:
         left = [self._expression(tree_of(text)) for text in PAPER]
         still = dict.fromkeys(("alpha1", "alpha2", "u"), number(0.0))
         parts = {
-            "push1": _with(left[0], still), "push2": _with(left[1], still),
+            "push1": substituted(left[0], still), "push2": substituted(left[1], still),
             "m": negative(self.slope(left[0], "alpha2")), "inertia": negative(self.slope(left[1], "alpha2")),
         }  # fmt: skip
         parts = {name: self._define(name, tree) for name, tree in parts.items()}
@@ -204,9 +205,9 @@ class Definitions:
         known = {name: number(value) for name, value in values.items()}
         remaining: dict[str, Tree] = {}
         for name, tree in self.needed(results.values()).items():
-            simpler = _with(tree, known)
+            simpler = substituted(tree, known)
             (remaining if as_number(simpler) is None else known)[name] = simpler
-        found = {key: _with(tree, known) for key, tree in results.items()}
+        found = {key: substituted(tree, known) for key, tree in results.items()}
         return found, _needed(remaining, found.values())
 
 
@@ -215,18 +216,6 @@ _RULES = {
     ast.Pow: "it*(g_*log(f) + g*f_/f)",
 }  # fmt: skip
 """The derivative of each operation of f and g, whose derivatives are f_ and g_; `it` is what becomes of them."""
-
-
-def _with(tree: Tree, known: Mapping[str, Tree], function: Callable[[str, Tree], Tree] = applied) -> Tree:
-    """Return a tree with trees in the place of some names, and functions as `function` writes them."""
-
-    def called(name: str, arguments: Sequence[Tree]) -> Tree:
-        return function(name, rebuilt(arguments[0], named, called))
-
-    def named(name: str) -> Tree:
-        return known.get(name) or ast.Name(name)
-
-    return rebuilt(tree, named, called)
 
 
 def _needed(definitions: Mapping[str, Tree], results: Iterable[Tree]) -> dict[str, Tree]:

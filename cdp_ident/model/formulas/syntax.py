@@ -6,7 +6,7 @@ import ast
 import difflib
 import math
 import threading
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping
 from itertools import accumulate
 
 from cdp_ident.errors import OptionError
@@ -14,12 +14,11 @@ from cdp_ident.model.formulas.algebra import (
     FUNCTIONS,
     OPERATIONS,
     Tree,
-    applied,
     as_number,
     function_of,
     names_in,
     number,
-    rebuilt,
+    substituted,
 )
 from cdp_ident.model.formulas.language import OPERATORS
 
@@ -187,12 +186,7 @@ def evaluated(text: str, values: Mapping[str, float]) -> float:
 
 
 def _value(tree: Tree, values: Mapping[str, float]) -> float:
-    def named(name: str) -> Tree:
-        return number(math.pi if name == "pi" else values[name])
-
-    def called(name: str, arguments: Sequence[Tree]) -> Tree:
-        return applied(name, rebuilt(arguments[0], named, called))
-
-    value = as_number(rebuilt(tree, named, called))
+    known = {name: number(value) for name, value in {"pi": math.pi, **values}.items()}
+    value = as_number(substituted(tree, known))
     assert value is not None
     return value
