@@ -20,7 +20,7 @@ from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.model.effects.effect import Effect
 from cdp_ident.tracing.model_search import SEVERAL, ModelSearch
 from cdp_ident.tracing.neighbours import strength
-from cdp_ident.tracing.odds import unlikelihood
+from cdp_ident.tracing.odds import NOT_DISTINGUISHED, unlikelihood
 from cdp_ident.tracing.selection import Certainty, Selection
 
 _Name = tuple[str, str, int | None]
@@ -31,8 +31,6 @@ NAMED, PROBABLE = 0.95, 0.7
 _REST = 0.2
 """Share of the mean square beyond noise that an effect may leave where more remains: one that imitates what the
 catalogue lacks leaves a quarter of it or more."""
-_NOT_DISTINGUISHED = 6.0
-"""Models whose costs differ by less are not distinguished: odds of 20."""
 
 
 def probabilities(search: ModelSearch) -> tuple[float, ...]:
@@ -75,7 +73,7 @@ def not_distinguished(search: ModelSearch) -> tuple[tuple[str, ...], ...]:
             if len(instead) != 1 or len(model.model.effects) != len(best) or _name(instead[0]) == _name(active):
                 continue
             behind = search.cost(model)
-            if behind < _NOT_DISTINGUISHED and not instead[0].effect.curve:
+            if behind < NOT_DISTINGUISHED and not instead[0].effect.curve:
                 name = _name(instead[0])
                 alternatives[name] = min(alternatives.get(name, (np.inf, "")), (behind, instead[0].effect.key))
         found.append(tuple(key for _, key in sorted(alternatives.values())))

@@ -44,7 +44,7 @@ from cdp_ident.tracing.neighbours import (
     simplifications,
     without_effect,
 )
-from cdp_ident.tracing.odds import cost, cost_unless_imitated, imitated, size_of, unlikelihood_of
+from cdp_ident.tracing.odds import NOT_DISTINGUISHED, cost, cost_unless_imitated, imitated, size_of, unlikelihood_of
 from cdp_ident.tracing.over_windows import OverWindows
 from cdp_ident.tracing.selection import Step, Tried
 from cdp_ident.tracing.shaped_like import shaped_like_the_last
@@ -97,6 +97,7 @@ class ModelSearch:
         self.failures: list[str] = []
         self._scores: dict[int, tuple[WholeSwings, list[Score]]] = {}
         self.paper, self.best = paper, begin or paper
+        self._were_best = set[Key]()
 
     def cost(self, found: WholeSwings) -> float:
         """Return twice the logarithm of how much less probable a model is than the best one until now."""
@@ -212,9 +213,13 @@ class ModelSearch:
     def _probable(self, tried: Sequence[_Fitted]) -> list[_Fitted]:
         """Return the models that are more probable than the best one and explain the motion, the most probable first.
 
-        Fits are no more exact than asked here: to and fro between models that are as probable leads nowhere.
+        Fits are no more exact than asked here, and back to a model that is not distinguished leads nowhere.
         """
-        better = [pair for pair in tried if self.cost(pair[0]) < -CLOSE_ENOUGH]
+        better = [
+            (found, what)
+            for found, what in tried
+            if self.cost(found) < -(NOT_DISTINGUISHED if _key(found.model) in self._were_best else CLOSE_ENOUGH)
+        ]
         explaining = [pair for pair in better if self._errors.explains(pair[0], self.best)]
         return sorted(explaining, key=lambda pair: self.cost(pair[0]))
 
@@ -234,6 +239,7 @@ class ModelSearch:
         by_what = {what: self.cost(of) for of, what in tried}
         said = sorted((Tried(what, misfit) for what, misfit in by_what.items()), key=lambda one: one.misfit)
         gained = -0.5 * self.cost(best or self.best) / math.log(10.0)
+        self._were_best.add(_key(self.best.model))
         self.best = best or self.best
         self.steps.append(Step(action, -self.cost(self.paper), tuple(said)))
         if best:

@@ -13,6 +13,8 @@ from cdp_ident.model.effects.catalogue import known_effects
 
 _AGAINST = 150.0
 """Odds against an effect that is looked for: of some fifty, a rig has one or none in most joints."""
+NOT_DISTINGUISHED = 6.0
+"""Models whose costs differ by less are not distinguished: odds of 20."""
 _IMITATED = 0.1
 """Share of a missing torque's mean square that an effect imitates by chance: a torque that goes with the state has some
 ten degrees of freedom, however long it is looked at."""
