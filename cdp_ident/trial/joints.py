@@ -77,7 +77,10 @@ def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Sam
     again = recorded_again(recording.stamps, recording.positions)
     recording = recording[~again]
     columns = [recording.joints.index(joint) for joint in wanted]
+    of_another, of_which = still_publisher(recording.positions[:, columns])
+    recording = recording[~of_another]
     order, notes = in_order(recording.stamps, np.isfinite(recording.positions[:, columns]))
+    notes.append(of_which)
     if np.any(again):
         notes.append(f"{np.count_nonzero(again)} samples that are recorded twice count once")
     stamps, positions = recording.stamps[order], recording.positions[order]
@@ -86,9 +89,6 @@ def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Sam
     known = _usable(readings)
     both = np.flatnonzero(known.all(axis=1))
     lacking = len(known) - len(both)
-    of_another, note = still_publisher(readings[both])
-    known[both[of_another]] = False
-    notes.append(note)
     for joint, column, has in zip(wanted, readings.T, known.T, strict=True):
         for number in _in_place_of_none(column[has]):
             of_none = has & (column == number)
