@@ -27,7 +27,7 @@ _ONCE, _AS_SMOOTH = 0.8, 1.2
 _NEAREST = 2.5
 """The fewest samples before and after one that tell smooth motion."""
 UNEVEN, _EVEN = 0.03, 0.004
-"""Times that are off even ones by less than this share of their spacing (rms) are taken as they are; rounded ones, too."""
+"""Times that are off even ones by less than this share of their spacing (rms) stay, rounded ones by the second."""
 LONGEST_WAIT = 1.05
 """No buffer waits for longer, and no clock shows less than seconds [s]."""
 _AT_REST = 0.1
@@ -41,13 +41,13 @@ _NEXT, GAP = 0.6, 2.5
 DIGITS, COARSEST = 1.25, 0.75
 """Rounded, even times lie within so many of their last digits about a line; and how many intervals a digit is at most.
 """
-_PARTS, _ALIKE = 32, 0.5
-"""A clock is slewed where the pace changes from one part to the next by less than this share of its variance (von
-Neumann's ratio: 2 where all parts are apart by chance)."""
+_LONG_PARTS, _PARTS, _ALIKE = 8, 32, 0.5
+"""Errors of times go together over no more than one part in so many. A clock is slewed where the pace changes from one
+part to the next by less than this share of its variance (von Neumann's ratio: 2 where it does so by chance)."""
 _SLEWED = 2e-3
 """No clock is slewed by more, as a share."""
 _EARLIEST, _FAST = 0.02, 0.9
-"""No sample is stamped before it is measured but this share, and so many are counted, which at rest they may not be."""
+"""No sample is stamped before it is measured but this share; so many are counted right, as at rest they may not be."""
 _MISCOUNTED = 0.9
 """A count is wrong where the motion is smoother by another by this factor."""
 _BURSTS = 1.5
@@ -79,22 +79,25 @@ class Even(NamedTuple):
     note: str
 
 
-def evened(time: Array, angles: Array, parts: Indices, gap: float, digit: float = 0.0) -> tuple[Array, list[str], float]:
-    """Return times of samples (n,) [s], even where they were measured so, what there is to say, and how sure their pace.
+def evened(
+    time: Array, angles: Array, parts: Indices, gap: float, digit: float = 0.0
+) -> tuple[Array, list[str], float]:
+    """Return times of samples (n,) [s], even where measured so, what there is to say, and how sure their pace is.
 
     They are stamped at `time` (n,), ascending [s], and show `angles` (n, k) [rad]; `parts` are the first samples after
     the clock was set back. Samples that were lost within bursts are found where the motion goes on as after a longer
-    time. Beyond a `gap` of so many bursts nothing is known of the count. Times are rounded to a `digit`, if that is known. The last value is the standard deviation of the pace, as a share; 0 where times are as they were.
+    time. Beyond a `gap` of so many bursts nothing is known of the count. Times are rounded to a `digit`, if that is
+    known. The last value is the standard deviation of the pace, as a share; 0 where times are as they were.
     """
     times, made = time.copy(), list[tuple[int, Even]]()
     digit = digit or last_digit(time)
     for part in np.split(np.arange(len(time)), parts):
         for stretch, wait in _stretches(part, time[part], gap):
             continuous = np.asarray(np.unwrap(angles[stretch], axis=0))
-            if np.max(np.ptp(continuous, axis=0)) >= _AT_REST:
-                if even := _even_of(time[stretch], continuous, wait, digit):
-                    times[stretch] = even.time
-                    made.append((len(stretch), even))
+            moves = np.max(np.ptp(continuous, axis=0)) >= _AT_REST
+            if moves and (even := _even_of(time[stretch], continuous, wait, digit)):
+                times[stretch] = even.time
+                made.append((len(stretch), even))
         # No time passes where a clock is set back.
         times[part] -= times[part[0]] - times[part[0] - 1] if len(part) and part[0] else 0.0
     if not made:
@@ -109,19 +112,21 @@ def last_digit(time: Array) -> float:
 
 
 def _even_of(time: Array, angles: Array, wait: float, digit: float) -> Even | None:
-    """Return even times of samples that came every `wait` [s] in times of such a last digit; None where they are not."""
+    """Return even times of samples that came every `wait` [s], stamped to such a digit; None where they are not."""
     steps = np.diff(time)
     usual = float(np.mean(steps[steps < 1.5 * max(float(np.median(steps)), wait / 2)])) or wait
     seen = np.append(0, np.cumsum(np.maximum(1, np.round(steps / usual)).astype(np.int64)))
-    counts = [np.arange(len(time)), seen, _counted(angles, time, _ends(time, wait))]
-    tried = [(even, index) for index in counts if (even := _even(index, time, wait))]
+    tried = [(even, index) for index in (np.arange(len(time)), seen) if (even := _even(index, time, wait))]
+    if all(np.std(time - times) > UNEVEN * step for (times, step, _), _ in tried):
+        index = _counted(angles, time, _ends(time, wait))
+        tried += [(even, index)] if (even := _even(index, time, wait)) else []
     if not tried:
         return None
     rough = [_rougher(even, time, angles, wait) for even, _ in tried]
     smooth = min(rough)[0] / _MISCOUNTED
     # Of counts by which the motion is smooth the right one is that by which samples come most evenly.
-    spread = [np.std(time - even[0]) if of <= smooth else np.inf for (even, _), (of, _) in zip(tried, rough, strict=True)]
-    best = int(np.argmin(spread))
+    spread = [float(np.std(time - times)) for (times, *_), _ in tried]
+    best = min((of, k) for k, of in enumerate(spread) if rough[k][0] <= smooth)[1]
     (times, step, pace_std), index = tried[best]
     (found, most), off = rough[best], time - times
     if UNEVEN * usual < digit < COARSEST * usual and np.ptp(off) < DIGITS * digit:
@@ -130,7 +135,9 @@ def _even_of(time: Array, angles: Array, wait: float, digit: float) -> Even | No
         return None
     elif found < most:
         lost = int(index[-1]) + 1 - len(time)
-        came = f"samples came in bursts of about {wait / step:.2g} every {1e3 * wait:.3g} ms (a latency timer, a buffer?)"
+        came = (
+            f"samples came in bursts of about {wait / step:.2g} every {1e3 * wait:.3g} ms (a latency timer, a buffer?)"
+        )
         came = "the times of samples jitter" if wait < _FEW * step else came
         missing = f"; {lost} are missing among them" if lost else ""
         note = f"{came}: they are taken {1e3 * step:.4g} ms apart, as the motion is smoother so{missing}"
@@ -176,12 +183,14 @@ def _even(index: Indices, time: Array, wait: float, most: float = 1.0) -> tuple[
         off = np.abs(time[ends] - first - step * index[ends])
         kept = off <= max(_TYPICAL * float(np.median(off)), 1e-9)
     late = time - step * index
-    if np.std(late) <= _EVEN * step or np.quantile(np.abs(late - np.median(late)), _FAST) >= most * max(wait, _FEW * step):
+    if np.std(late) <= _EVEN * step or np.quantile(np.abs(late - np.median(late)), _FAST) >= most * max(
+        wait, _FEW * step
+    ):
         return None
     # Errors go together for a while: by parts that are left out in turn (jackknife).
-    part = np.arange(len(ends)) * min(_PARTS, len(ends) // 2) // len(ends)
+    part = np.arange(len(ends)) * min(_LONG_PARTS, len(ends) // 2) // len(ends)
     steps = [np.polyfit(index[ends][part != of], time[ends][part != of], 1)[0] for of in np.unique(part)]
-    pace_std = float(np.sqrt((len(steps) - 1) * np.var(steps))) / step
+    pace_std = float(np.sqrt((len(steps) - 1) * np.var(steps)) / step)
     return step * index + np.quantile(late[ends][kept], _EARLIEST), float(step), pace_std
 
 
@@ -219,7 +228,7 @@ def _counted(angles: Array, time: Array, ends: Indices) -> Indices:
     They arrived at `time` (n,) [s] in bursts of which `ends` are the last.
     """
     index = np.arange(len(angles))
-    places = np.arange(NEAR, len(angles) - NEAR + 1)
+    places: Indices = np.arange(NEAR, len(angles) - NEAR + 1)
     left = off_cubics(index, angles, places)
     # An encoder at rest says the same again and again, whatever its noise in motion.
     changing = left[:, 0] > SAME
@@ -251,11 +260,11 @@ def _counted(angles: Array, time: Array, ends: Indices) -> Indices:
         squares = more - more**2 / len(ends) - of_count**2 / (count @ count)
         by_bursts = step * (2.0 * of_late - step * squares) / max(float(np.mean(rest**2)), _NOTHING)
         odds = by_motion + np.maximum(by_bursts, -_AGAINST)
-        best = int(np.argmax(odds))
-        if odds[best] <= _SURE:
+        place = places[most := int(np.argmax(odds))]
+        if odds[most] <= _SURE:
             break
-        index[places[best] :] += 1
-        by_motion[np.abs(places - places[best]) < 2 * NEAR] = -np.inf
+        index[place:] += 1
+        by_motion[np.abs(places - place) < 2 * NEAR] = -np.inf
     return index
 
 

@@ -9,7 +9,18 @@ not as after that of the stamps. Where samples are lost or late, the stamps' int
 import numpy as np
 
 from cdp_ident.arrays import Array, Indices
-from cdp_ident.trial.bursts import COARSEST, DIGITS, FEWEST, GAP, LONGEST_WAIT, UNEVEN, evened, last_digit, off_cubics, usual_wait
+from cdp_ident.trial.bursts import (
+    COARSEST,
+    DIGITS,
+    FEWEST,
+    GAP,
+    LONGEST_WAIT,
+    UNEVEN,
+    evened,
+    last_digit,
+    off_cubics,
+    usual_wait,
+)
 from cdp_ident.trial.kinematics import SAME
 
 _ODD = 10.0

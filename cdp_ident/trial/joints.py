@@ -106,7 +106,7 @@ def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Sam
     for place, (joint, column, has) in enumerate(zip(wanted, readings.T, known.T, strict=True)):
         column[has], ranges[place], wrapped = continuous(column[has])
         notes += [f"readings of {joint} {what}" for what in (repeated[place], wrapped) if what]
-    rows, at, angles, said, pace_std = _at_common_times(time, readings, new, turns, np.all(np.diff(stamps) >= 0))
+    rows, at, angles, said, pace_std = _at_common_times(time, readings, new, turns, bool(np.all(np.diff(stamps) >= 0)))
     notes += said
     if lacking and not said:
         notes.append(f"{lacking} of {len(known)} samples have no usable number for both rods and are dropped")

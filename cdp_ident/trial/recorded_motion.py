@@ -114,9 +114,9 @@ def recorded_motion(samples: Samples, options: TrialOptions) -> Recorded:
 def clean(samples: Samples, start: float = 0.0, stop: float = np.inf) -> tuple[Piece, Array, list[str]]:
     """Take samples in the order of time from `start` to `stop` [s] after the first, without the outliers.
 
-    Of several with one stamp the first is kept, unless they came in a burst (`measured_times`). An outlier of one joint makes
-    the whole sample one: it is left out, as if its frame had been lost, before angles are unwrapped, as turns would be
-    counted by it.
+    Of several with one stamp the first is kept, unless they came in a burst (`measured_times`). An outlier of one joint
+    makes the whole sample one: it is left out, as if its frame had been lost, before angles are unwrapped, as turns
+    would be counted by it.
 
     Returns them, the times at which outliers were left out [s], and what was dropped, in words.
     """
@@ -127,7 +127,9 @@ def clean(samples: Samples, start: float = 0.0, stop: float = np.inf) -> tuple[P
     first = np.concatenate([[True], (np.diff(time) > 0) | set_back])[: len(time)]
     if repeated := int(np.count_nonzero(~first)):
         notes.append(f"{repeated} samples with a stamp that was there already are dropped")
-    taken = Piece(replace(samples, pace_std=max(samples.pace_std, pace_std)), time)[first & (time >= start) & (time <= stop)]
+    taken = Piece(replace(samples, pace_std=max(samples.pace_std, pace_std)), time)[
+        first & (time >= start) & (time <= stop)
+    ]
     joints = zip(taken.samples.angles.T, samples.turns, strict=True)
     outlying = np.logical_or(*(outliers(taken.time - taken.time[:1], angle, turn) for angle, turn in joints))
     return taken[~outlying], taken.time[outlying], notes

@@ -44,6 +44,13 @@ def test_samples_that_were_lost_within_bursts_leave_gaps(every, jitter):
     assert f"{np.count_nonzero(~kept)} are missing among them" in note
 
 
+def test_how_sure_the_pace_of_bursts_is_goes_with_its_error():
+    paces = [evened(arrivals(0.016, 1e-4, jitter), SWING, NONE, GAP) for jitter in np.linspace(0.0, 2e-3, 9)]
+    off = [(np.polyfit(TRUE, times, 1)[0] - 1.0) / std for times, _, std in paces]
+    assert np.max(np.abs(off)) < 3.0
+    assert max(std for *_, std in paces) < 1e-4
+
+
 def test_whole_seconds_are_made_even():
     times, (note,), _ = evened(np.floor(TRUE + 0.4), SWING, NONE, GAP)
     assert times - times.mean() == pytest.approx(TRUE - TRUE.mean(), abs=1e-3)

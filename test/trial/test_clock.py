@@ -66,6 +66,21 @@ def test_times_stand_still_where_the_clock_was_set_back():
     assert times - even == pytest.approx(np.zeros(1000), abs=1.1e-3)
 
 
+@pytest.mark.parametrize(("begins", "lasts"), [(1000, 1000), (700, 600)])
+def test_a_clock_that_is_slewed_for_a_while_is_even_and_its_pace_not_sure(begins, lasts):
+    slewed = EVEN + 5e-4 * np.clip(EVEN - EVEN[begins], 0.0, lasts * EVEN[1])
+    times, (note,), pace_std = measured_times(slewed, swing(EVEN), NONE)
+    assert np.ptp(np.diff(times)) < 1e-9
+    assert abs(times[1] - times[0] - EVEN[1]) < 3.0 * pace_std * EVEN[1]
+    assert pace_std < 3e-4
+    assert note.startswith("the clock of the stamps runs at a changing pace")
+
+
+def wandering(time):
+    """A loop that sleeps for as long each time."""
+    return np.cumsum(np.diff(time) + np.random.default_rng(3).normal(0.0, 2e-5, len(time) - 1))
+
+
 def lost(time):
     return time[np.random.default_rng(2).random(len(time)) > 0.1]
 
@@ -94,7 +109,7 @@ def begun_anew(time):
     return np.cumsum(np.diff(time) + (chance.random(len(time) - 1) < 0.005) * chance.uniform(-0.004, 0.004))
 
 
-@pytest.mark.parametrize("taken", [lost, gap, slipped, jittering, late, begun_anew])
+@pytest.mark.parametrize("taken", [lost, gap, slipped, jittering, late, begun_anew, wandering])
 def test_true_times_stay(taken):
     times = taken(EVEN)
     found, notes, _ = measured_times(times, swing(times), NONE)
