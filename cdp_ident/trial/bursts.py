@@ -116,10 +116,11 @@ def _even_of(time: Array, angles: Array, wait: float, digit: float) -> Even | No
     steps = np.diff(time)
     usual = float(np.mean(steps[steps < 1.5 * max(float(np.median(steps)), wait / 2)])) or wait
     seen = np.append(0, np.cumsum(np.maximum(1, np.round(steps / usual)).astype(np.int64)))
-    tried = [(even, index) for index in (np.arange(len(time)), seen) if (even := _even(index, time, wait))]
-    if all(np.std(time - times) > UNEVEN * step for (times, step, _), _ in tried):
-        index = _counted(angles, time, _ends(time, wait))
-        tried += [(even, index)] if (even := _even(index, time, wait)) else []
+    counts = [np.arange(len(time)), seen]
+    line = np.linspace(time[0], time[-1], len(time))
+    if np.std(time - line) > UNEVEN * (line[1] - line[0]):
+        counts.append(_counted(angles, time, _ends(time, wait)))
+    tried = [(even, index) for index in counts if (even := _even(index, time, wait))]
     if not tried:
         return None
     rough = [_rougher(even, time, angles, wait) for even, _ in tried]
