@@ -234,6 +234,8 @@ def _counted(angles: Array, time: Array, ends: Indices) -> Indices:
     # An encoder at rest says the same again and again, whatever its noise in motion.
     changing = left[:, 0] > SAME
     usual = float(np.median(left[changing, 0])) if np.any(changing) else np.inf
+    # Cubics leave so many of each joint's samples about a place free.
+    free = angles.shape[1] * (2 * NEAR - 4)
     for _ in range(_MOST):
         least = left.min(axis=1)
         is_kink = (left[:, 0] > _KINK * usual) & (least < _STRAIGHT * left[:, 0])
@@ -241,15 +243,15 @@ def _counted(angles: Array, time: Array, ends: Indices) -> Indices:
         best = np.flatnonzero(is_kink & (gain == maximum_filter1d(gain, 4 * NEAR)))
         if not len(best):
             break
-        np.add.at(lost := np.zeros(len(index), dtype=np.int64), places[best], _LOST[np.argmin(left[best], axis=1)])
+        # The fewest that motion allows: bursts tell of more.
+        allowed = free * (left[best] ** 2 - least[best, None] ** 2) < _AGAINST * usual**2
+        np.add.at(lost := np.zeros(len(index), dtype=np.int64), places[best], _LOST[np.argmax(allowed, axis=1)])
         index += np.cumsum(lost)
         again = np.unique(np.clip(best[:, None] + np.arange(-NEAR, NEAR + 1), 0, len(places) - 1))
         left[again] = off_cubics(index, angles, places[again])
     after = np.searchsorted(ends, places)
     inside = (after > _BESIDE) & (after < len(ends) - _BESIDE)
     places, after, (none, one) = places[inside], after[inside], left[inside, :2].T
-    # Cubics leave so many of each joint's samples about a place free.
-    free = angles.shape[1] * (2 * NEAR - 4)
     by_motion = np.where(one < _KINK * usual, free * (none**2 - one**2) / usual**2, -np.inf)
     for _ in range(_MOST if len(places) else 0):
         count, late = index[ends] - np.mean(index[ends]), time[ends] - np.mean(time[ends])
