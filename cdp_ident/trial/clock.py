@@ -1,6 +1,6 @@
 # Copyright 2026 cdp_ident maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Times by a clock that steps, or shows only its last digit, while samples are measured evenly.
+"""When samples were measured evenly, by a clock that steps or by stamps that are not even.
 
 A clock that is set moves both joints at once, as fast as they are: the motion goes on as after a usual interval, and
 not as after that of the stamps. Where samples are lost or late, the stamps' interval is the true one.
@@ -9,7 +9,18 @@ not as after that of the stamps. Where samples are lost or late, the stamps' int
 import numpy as np
 
 from cdp_ident.arrays import Array, Indices
-from cdp_ident.trial.bursts import FEWEST, LONGEST_WAIT, UNEVEN, off_cubics
+from cdp_ident.trial.bursts import (
+    COARSEST,
+    DIGITS,
+    FEWEST,
+    GAP,
+    LONGEST_WAIT,
+    UNEVEN,
+    evened,
+    last_digit,
+    off_cubics,
+    usual_wait,
+)
 from cdp_ident.trial.kinematics import SAME
 
 _ODD = 10.0
@@ -18,9 +29,6 @@ _CLEAR = 2.0
 """Motion is as after one interval and not the other where it is rougher after this by so many times what is usual."""
 _AS_SMOOTH = 1.2
 """Where motion tells nothing, it is no rougher than this by one of both."""
-_DIGITS, _COARSEST = 1.25, 0.75
-"""Rounded, even times lie within so many of their last digits about a line; and how many intervals a digit is at most.
-"""
 _BY_CHANCE = 2
 """So many steps of a clock may all be ahead, or back, by chance."""
 _TOLD, _LOOKED_AT = 3, 4096
@@ -29,42 +37,51 @@ _NEAR = 8
 _AS_STAMPED = ((0, 0),)
 
 
-def evenly_clocked(time: Array, angles: Array, parts: Indices) -> tuple[Array, list[str]]:
-    """Return times of samples (n,) [s] by a clock that goes evenly, and what there is to say about it.
+def measured_times(time: Array, angles: Array, parts: Indices) -> tuple[Array, list[str], float]:
+    """Return times of samples (n,) [s], what there is to say, and how sure their pace is, as a share (`evened`).
 
-    They are stamped at `time` (n,), ascending [s], and show `angles` (n, k) [rad]; `parts` are the first samples after
-    the clock was set back. Steps of the clock are taken out, and times that are rounded are taken evenly.
+    They are even where samples were measured evenly, and without the steps of their clock. They are stamped at `time`
+    (n,), ascending [s], and show `angles` (n, k) [rad]; `parts` are the first samples after the clock was set back.
+    """
+    if np.all(np.diff(time) <= GAP * usual_wait(time)):
+        times, notes, pace_std = evened(time, angles, parts, GAP)
+        if notes:
+            return times, notes, pace_std
+    without, notes, digit = _without_steps(time, angles, parts)
+    for gap in (np.inf, GAP):
+        times, more, pace_std = evened(without, angles, parts, gap, digit)
+        if more:
+            break
+    return times, [*notes, *more], pace_std
+
+
+def _without_steps(time: Array, angles: Array, parts: Indices) -> tuple[Array, list[str], float]:
+    """Return times of samples (n,) without the steps of their clock, and what there is to say about these.
+
+    The last value is the digit that the clock shows where so many steps are one of its digits each; else 0.
     """
     intervals = np.diff(time)
     if len(intervals) < FEWEST or (usual := float(np.median(intervals))) <= 0.0:
-        return time, []
-    digit = 1e-6 * float(np.gcd.reduce(np.round(1e6 * time).astype(np.int64)))
-    digit = digit if digit < _COARSEST * usual else 0.0
+        return time, [], 0.0
     off = intervals - usual
-    odd = np.abs(off) > max(UNEVEN * usual, _ODD * float(np.median(np.abs(off))), _DIGITS * digit)
+    odd = np.abs(off) > max(UNEVEN * usual, _ODD * float(np.median(np.abs(off))), DIGITS * last_digit(time))
     if np.sum(intervals[~odd]) < np.sum(np.minimum(intervals, LONGEST_WAIT)[odd]):  # bursts
-        return time, []
+        return time, [], 0.0
     odd[parts - 1] = True
     alone = odd & (np.convolve(odd, np.ones(2 * _NEAR + 1), mode="same") < 1.5)
     alone[[*range(_NEAR - 1), *range(len(odd) - _NEAR + 1, len(odd))]] = alone[parts - 1] = False
     continuous, places = np.asarray(np.unwrap(angles, axis=0)), np.flatnonzero(alone) + 1
     too_long = _of_clock(time, continuous, places, usual)
-    steps, largest = np.flatnonzero(too_long), float(np.max(np.abs(too_long)))
-    if len(steps) > _BY_CHANCE and np.ptp(np.sign(too_long[steps])) == 0.0 and largest < _COARSEST * usual:
-        # The clock that shows so little runs at another pace than its usual intervals tell.
-        digit, steps, too_long = largest, steps[:0], np.zeros(len(too_long))
-    notes, times = [], time - np.append(0.0, np.cumsum(too_long))
-    if len(steps):
-        shown = [f"{off[at]:.3g} s at {time[at]:.3f} s" for at in steps[:_TOLD]]
-        more = f" and {len(steps) - _TOLD} more times" if len(steps) > _TOLD else ""
-        notes.append(f"the clock steps by {', '.join(shown)}{more}: taken out, as the motion goes on without them")
-    if digit > UNEVEN * usual:
-        for part in np.split(np.arange(len(time)), parts):
-            even, step = _even(times[part], digit)
-            times[part] = even - even[0] + times[max(0, part[0] - 1)]
-            if step:
-                notes.append(f"times are rounded to {1e3 * digit:.3g} ms: taken evenly, {1e3 * step:.4g} ms apart")
-    return times, notes
+    steps = np.flatnonzero(too_long)
+    largest = float(np.max(np.abs(too_long)))
+    if len(steps) > _BY_CHANCE and np.ptp(np.sign(too_long[steps])) == 0.0 and largest < COARSEST * usual:
+        return time, [], largest  # samples are measured at another pace than it shows
+    if not len(steps):
+        return time, [], 0.0
+    shown = [f"{off[at]:.3g} s at {time[at]:.3f} s" for at in steps[:_TOLD]]
+    more = f" and {len(steps) - _TOLD} more times" if len(steps) > _TOLD else ""
+    note = f"the clock steps by {', '.join(shown)}{more}: taken out, as the motion goes on without them"
+    return time - np.append(0.0, np.cumsum(too_long)), [note], 0.0
 
 
 def _of_clock(time: Array, angles: Array, places: Indices, usual: float) -> Array:
@@ -92,15 +109,3 @@ def _of_clock(time: Array, angles: Array, places: Indices, usual: float) -> Arra
         told |= possible & (evenly < _CLEAR * noise) & (evenly < _AS_SMOOTH * stamped)
     too_long[places[~told] - 1] = 0.0
     return too_long
-
-
-def _even(time: Array, digit: float) -> tuple[Array, float]:
-    """Return even times of samples at rounded times (n,), and their distance; those given, and 0, if these are not."""
-    steps = np.diff(time)
-    if len(steps) < FEWEST:
-        return time, 0.0
-    usual = np.mean(steps[steps < 1.5 * np.median(steps)])
-    count = np.append(0.0, np.cumsum(np.round(steps / usual)))
-    step, first = np.polyfit(count, time, 1)
-    even = first + step * count
-    return (even, float(step)) if np.ptp(time - even) < _DIGITS * digit else (time, 0.0)

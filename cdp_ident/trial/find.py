@@ -10,6 +10,7 @@ import numpy as np
 from scipy import ndimage
 
 from cdp_ident.arrays import Array, Mask
+from cdp_ident.bag.device_messages import ClockRate
 from cdp_ident.errors import NoFreeMotionError, TrialError
 from cdp_ident.model.effects.effect import JOINTS, Joint
 from cdp_ident.trial.balance import WINDOW, Motion, Windows, largest_gravity, over_windows, torques
@@ -192,6 +193,7 @@ def _stretch(recorded: Recorded, part: Part, options: TrialOptions) -> Trial:
         theta=model_angles(samples.angles, options),
         cart=None if samples.cart is None else options.cart_sign * samples.cart,
         torques=None if torques is None else torques * [options.inner_sign, options.outer_sign],
+        clock=ClockRate(0.0, samples.pace_std) if samples.pace_std else None,
         outliers=recorded.outliers,
     ).part((time >= part.start) & (time <= part.stop))
 

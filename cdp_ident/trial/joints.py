@@ -11,11 +11,13 @@ from cdp_ident.arrays import Array, Indices, Mask, Rows, Times
 from cdp_ident.bag.joint_recording import JointRecording
 from cdp_ident.errors import TrialError
 from cdp_ident.outside_text import shown
+from cdp_ident.trial.clock import measured_times
 from cdp_ident.trial.options import UNITS, TrialOptions
 from cdp_ident.trial.order import elapsed, in_order, recorded_again
 from cdp_ident.trial.outliers import TURN, outlier_words, outliers
 from cdp_ident.trial.readings import check_publishers, continuous, new_readings, still_publisher
 
+_WHOLE = np.empty(0, dtype=np.int64)
 _BELIEVED = 1e10
 """Largest position [rad or m] that is accepted as a measurement."""
 _TOGETHER = 0.9
@@ -42,6 +44,8 @@ class Samples(Rows):
     """Of counters of a few bits, which angles are known up to; 0 for a joint that has none [its unit]."""
     turns: tuple[float, ...] = (TURN, TURN)
     """By how much each joint's readings change in a full turn [its unit]."""
+    pace_std: float = 0.0
+    """How sure the pace of their times is: its standard deviation, as a share."""
 
     @property
     def unwrapped(self) -> Array:
@@ -77,7 +81,11 @@ def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Sam
     again = recorded_again(recording.stamps, recording.positions)
     recording = recording[~again]
     columns = [recording.joints.index(joint) for joint in wanted]
+    whole = np.flatnonzero(_usable(recording.positions[:, columns]).all(axis=1))
+    of_another, of_which = still_publisher(recording.positions[whole][:, columns])
+    recording = recording[np.delete(np.arange(len(recording.stamps)), whole[of_another])]
     order, notes = in_order(recording.stamps, np.isfinite(recording.positions[:, columns]))
+    notes.append(of_which)
     if np.any(again):
         notes.append(f"{np.count_nonzero(again)} samples that are recorded twice count once")
     stamps, positions = recording.stamps[order], recording.positions[order]
@@ -86,9 +94,6 @@ def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Sam
     known = _usable(readings)
     both = np.flatnonzero(known.all(axis=1))
     lacking = len(known) - len(both)
-    of_another, note = still_publisher(readings[both])
-    known[both[of_another]] = False
-    notes.append(note)
     for joint, column, has in zip(wanted, readings.T, known.T, strict=True):
         for number in _in_place_of_none(column[has]):
             of_none = has & (column == number)
@@ -101,10 +106,10 @@ def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Sam
     for place, (joint, column, has) in enumerate(zip(wanted, readings.T, known.T, strict=True)):
         column[has], ranges[place], wrapped = continuous(column[has])
         notes += [f"readings of {joint} {what}" for what in (repeated[place], wrapped) if what]
-    rows, angles, note = _at_common_times(time, readings, new, turns)
-    if lacking and not note:
-        note = f"{lacking} of {len(known)} samples have no usable number for both rods and are dropped"
-    notes.append(note)
+    rows, at, angles, said, pace_std = _at_common_times(time, readings, new, turns, bool(np.all(np.diff(stamps) >= 0)))
+    notes += said
+    if lacking and not said:
+        notes.append(f"{lacking} of {len(known)} samples have no usable number for both rods and are dropped")
     if not len(rows):
         raise TrialError(
             f"no sample of {recording.topic} has a usable number for both {' and '.join(wanted)}: {lacking} of "
@@ -118,39 +123,53 @@ def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Sam
         times, position, outlying = _measured(time, position, _usable(position))
         if len(outlying):
             notes.append(f"of the cart's position {outlier_words(outlying.tolist(), len(times))}")
-        cart = np.interp(time[rows], times, position) if len(times) else None
+        cart = np.interp(at, times, position) if len(times) else None
     elif options.cart_joint:
         notes.append(f"there is no joint {options.cart_joint}: the cart is taken to be at rest")
     torques: Array = np.zeros((len(rows), 2))
     if recording.efforts is not None:
         for torque, effort in zip(torques.T, recording.efforts[order][:, columns].T, strict=True):
             if np.any(has := _usable(effort)):
-                torque[:] = np.interp(time[rows], time[has], effort[has])
-    found = Samples(stamps[rows], angles, cart, torques if np.any(torques) else None, tuple(ranges), tuple(turns))
+                torque[:] = np.interp(at, time[has], effort[has])
+    stamps = stamps[rows] + np.round(1e9 * (at - time[rows])).astype(np.int64)
+    found = Samples(stamps, angles, cart, torques if np.any(torques) else None, tuple(ranges), tuple(turns), pace_std)
     return found, [note for note in notes if note]
 
 
-def _at_common_times(time: Array, readings: Array, known: Mask, turns: Array) -> tuple[Indices, Array, str]:
-    """Return the rows in which both joints have a reading, their readings (m, 2), and in words how they have one.
+def _at_common_times(
+    time: Array, readings: Array, known: Mask, turns: Array, goes_on: bool
+) -> tuple[Indices, Array, Array, list[str], float]:
+    """Return the rows in which both joints have a reading, times and readings (m, 2) there, and in words how they have.
 
     Where most rows lack one joint, the readings of the joint that is measured more often are taken at the times of the
     other, by a cubic spline. The rows are at `time` (n,), ascending [s]; `known` (n, 2) are the readings, which change
-    by `turns` (2,) in a full turn.
+    by `turns` (2,) in a full turn. Each joint has even times of its own where time `goes_on`, and where it was read so.
+    The last value is how sure the pace of these is, as a share.
     """
     both = np.flatnonzero(known.all(axis=1))
     counts = np.count_nonzero(known, axis=0)
-    if len(both) >= _TOGETHER * counts.min():
-        return both, readings[both], ""
+    together = both, time[both], readings[both], list[str](), 0.0
+    if len(both) >= _TOGETHER * counts.max():
+        return together
     slow = int(np.argmin(counts))
     rows = np.flatnonzero(known[:, slow])
+    at = time[rows]
     times, values, _ = _measured(time, readings[:, 1 - slow], known[:, 1 - slow], turns[1 - slow])
-    there, between = _between(times, values, time[rows])
+    notes, pace_stds = list[str](), [0.0]
+    if goes_on:
+        at, said, pace_std = measured_times(at, readings[rows, slow, None] * TURN / turns[slow], _WHOLE)
+        times, more, other_std = measured_times(times, values[:, None] * TURN / turns[1 - slow], _WHOLE)
+        notes, pace_stds = [*said, *more], [pace_std, other_std]
+    if not notes and len(both) >= _TOGETHER * counts.min():
+        return together
+    there, between = _between(times, values, at)
     found = readings[rows[there]]
     found[:, 1 - slow] = between[there]
     joint = ("inner", "outer")[1 - slow]
     apart = f"joints are measured at times of their own: the {joint} one is taken at the times of the other"
     lost = np.count_nonzero(~there)
-    return rows[there], found, f"{apart}; {lost} samples without it nearby are dropped" if lost else apart
+    notes.append(f"{apart}; {lost} samples without it nearby are dropped" if lost else apart)
+    return rows[there], at[there], found, notes, max(pace_stds)
 
 
 def _measured(time: Array, values: Array, known: Mask, turn: float | None = None) -> tuple[Array, Array, Array]:

@@ -44,7 +44,7 @@ def load_trial(bag: Path, options: TrialOptions | None = None) -> Trial:
         raise TrialError("; ".join([f"{shown(bag)}: {error}", *there, *recording.notes])) from error
     weights, weight_notes = _recorded_weights(bag)
     said = (*recording.notes, *weight_notes, *notes, *trial.notes)
-    return replace(trial, name=recording.name, notes=said, clock=recording.device_rate, weights=weights)
+    return replace(trial, name=recording.name, notes=said, clock=recording.device_rate or trial.clock, weights=weights)
 
 
 def _recorded_weights(bag: Path) -> tuple[tuple[Weight, ...], list[str]]:

@@ -200,8 +200,17 @@ def _at_once(changed: Sequence[Indices], fast: Sequence[Mask], often: float) -> 
 
 
 def _in_motion(readings: Array, changes: Indices, rounding: float = 0.0) -> Mask:
-    """Return which changes of readings (n,) are those of fast motion."""
-    return np.asarray(np.abs(np.diff(readings)[changes - 1]) > _FAST * max(encoder_step(readings), rounding))
+    """Return which changes of readings (n,) are those of fast motion.
+
+    Where readings are rounded, but not to a step of an encoder, as what is computed of whole pixels, those are by which
+    half of the way is made.
+    """
+    sizes = np.abs(np.diff(readings)[changes - 1])
+    least = _FAST * max(encoder_step(readings), rounding)
+    if least == 0.0 and len(sizes):
+        usual = np.sort(sizes[sizes <= _JUMP * np.ptp(readings)])
+        least = usual[np.searchsorted(np.cumsum(usual), usual.sum() / 2)] if len(usual) else 0.0
+    return np.asarray(sizes > least)
 
 
 def _spread(count: int, changes: Indices, fast: Mask, times: float) -> Mask:

@@ -11,8 +11,7 @@ from cdp_ident.arrays import Array, Mask
 from cdp_ident.errors import TrialError
 from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.trial.balance import WINDOW, Motion, motion_on_grid, over_windows
-from cdp_ident.trial.bursts import evened
-from cdp_ident.trial.clock import evenly_clocked
+from cdp_ident.trial.clock import measured_times
 from cdp_ident.trial.joints import Piece, Samples, in_angles, model_angles
 from cdp_ident.trial.kinematics import SAME, encoder_step
 from cdp_ident.trial.options import TrialOptions
@@ -115,22 +114,22 @@ def recorded_motion(samples: Samples, options: TrialOptions) -> Recorded:
 def clean(samples: Samples, start: float = 0.0, stop: float = np.inf) -> tuple[Piece, Array, list[str]]:
     """Take samples in the order of time from `start` to `stop` [s] after the first, without the outliers.
 
-    Of several with one stamp the first is kept, unless they came in a burst (`evened`). An outlier of one joint makes
-    the whole sample one: it is left out, as if its frame had been lost, before angles are unwrapped, as turns would be
-    counted by it.
+    Of several with one stamp the first is kept, unless they came in a burst (`measured_times`). An outlier of one joint
+    makes the whole sample one: it is left out, as if its frame had been lost, before angles are unwrapped, as turns
+    would be counted by it.
 
     Returns them, the times at which outliers were left out [s], and what was dropped, in words.
     """
     set_back = np.diff(samples.stamps) < 0
     angles = samples.angles * (TURN / np.array(samples.turns))
     parts = np.flatnonzero(set_back) + 1
-    time, clocked = evenly_clocked(elapsed(samples.stamps), angles, parts)
-    time, notes = evened(time, angles, parts)
-    notes = clocked + notes
+    time, notes, pace_std = measured_times(elapsed(samples.stamps), angles, parts)
     first = np.concatenate([[True], (np.diff(time) > 0) | set_back])[: len(time)]
     if repeated := int(np.count_nonzero(~first)):
         notes.append(f"{repeated} samples with a stamp that was there already are dropped")
-    taken = Piece(samples, time)[first & (time >= start) & (time <= stop)]
+    taken = Piece(replace(samples, pace_std=max(samples.pace_std, pace_std)), time)[
+        first & (time >= start) & (time <= stop)
+    ]
     joints = zip(taken.samples.angles.T, samples.turns, strict=True)
     outlying = np.logical_or(*(outliers(taken.time - taken.time[:1], angle, turn) for angle, turn in joints))
     return taken[~outlying], taken.time[outlying], notes

@@ -19,6 +19,7 @@ from cdp_ident.trial.options import TrialOptions
 
 CASES = Path(__file__).parents[3] / "shared" / "cases"
 DRIVEN = CASES.parent / "data" / "dfki_driven"
+COUNT = 2 * np.pi / 8000
 WHOLE = Path(__file__).parents[2] / "bags" / "swing_wide"
 
 pytestmark = pytest.mark.skipif(not CASES.exists(), reason=f"the recordings are not at {CASES}")
@@ -114,11 +115,38 @@ def off(trial):
     whole = load_trial(WHOLE)
     motion = CubicSpline(whole.time + whole.start, whole.theta)
     errors = []
-    for late in np.arange(-0.03, 0.03, 0.25e-3):
+    for late in np.arange(-0.06, 0.03, 0.125e-3):
         times = trial.time + trial.start - late
         inside = (times > whole.start) & (times < whole.start + whole.duration)
         errors.append(np.sqrt(np.mean((trial.theta[inside] - motion(times[inside])) ** 2, axis=0)).max())
     return min(errors)
+
+
+@pytest.mark.parametrize("rates", [(90, 70), (95, 105), (70, 70), (130, 90)])
+def test_encoders_that_are_read_at_rates_of_their_own_have_times_of_their_own(make_bag, rates):
+    def hold(positions):
+        time = 0.005 * np.arange(len(positions))
+        for column, rate, phase in zip(positions.T, rates, (0.2, 0.2 if rates[0] == rates[1] else 0.5), strict=True):
+            read = np.maximum(np.floor(time * rate + phase) - phase, 0.0) / rate
+            column[:] = np.round(CubicSpline(time, column)(read) / COUNT) * COUNT
+
+    trial = load_trial(with_changes(make_bag, hold))
+    assert off(trial) < 1e-3
+    assert "the times of samples jitter" in "; ".join(trial.notes)
+
+
+def test_a_second_publisher_that_hangs_is_left_out_whatever_the_order_of_messages(make_bag):
+    whole = read_joint_states(WHOLE, "joint_states")
+    positions = whole.positions[:, [whole.joints.index(joint) for joint in ("inner_joint", "outer_joint")]]
+    both = np.concatenate([positions, np.broadcast_to([np.pi, 0.0], positions.shape)])
+    stamps = np.concatenate([whole.stamps, whole.stamps + 2_500_000])
+    # A recorder that stalls writes what one of both said meanwhile, then what the other did.
+    passed, stall = stamps - stamps[0], 120_000_000
+    written = np.where(passed // stall % 5 == 0, passed // stall * stall, passed)
+    order = np.lexsort([stamps, np.arange(len(both)) >= len(positions), written])
+    trial = load_trial(make_bag(stamps[order], both[order]))
+    assert off(trial) < 1e-6
+    assert trial.duration == pytest.approx(11.87, abs=0.03)
 
 
 def with_changes(make_bag, change):

@@ -87,6 +87,17 @@ def test_rounding_repeats_readings_in_slow_motion_and_all_are_new(count):
     assert notes == [""]
 
 
+@pytest.mark.parametrize("length", [100.0, 400.0])
+def test_angles_of_markers_in_whole_pixels_repeat_in_slow_motion_and_all_are_new(length):
+    angles = np.arctan2(*np.round(length * np.array([np.sin(SWING), np.cos(SWING)])))[:, None]
+    new, notes = new_readings(angles, np.ones(angles.shape, bool), TURNS[:1])
+    assert np.all(new)
+    assert notes == [""]
+    new, (note,) = new_readings(np.repeat(angles[::3], 3, axis=0), np.ones((2601, 1), bool), TURNS[:1])
+    assert np.array_equal(np.flatnonzero(new), np.arange(0, 2601, 3))
+    assert "repeat 3 times in motion" in note
+
+
 @pytest.mark.parametrize("rate", [1.0, 0.2])
 def test_a_joint_that_strikes_a_stop_and_rests_there_is_measured_all_the_while(rate):
     at = np.arange(0.0, 13.0, 0.005 * rate) % 2.0
