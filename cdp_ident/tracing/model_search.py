@@ -39,6 +39,7 @@ from cdp_ident.tracing.neighbours import (
     first,
     hides_more,
     lasts,
+    near_a_place,
     replacements,
     scores_of,
     simplifications,
@@ -405,7 +406,7 @@ class ModelSearch:
             less = self._with_less_torque(without)
             others = first(replacements(self.best, index, less, self._lasting(less), self.scores))
             extended = [form for each in others for form in extended_replacements(self.best, each, without)]
-            alternatives += [*others, *extended]
+            alternatives += [*others, *extended, *near_a_place(less, self.best.model.effects[index].effect)]
             alternatives += extended_models(without)
         return self._move(alternatives, "exchanged for")
 

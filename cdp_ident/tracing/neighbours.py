@@ -302,6 +302,18 @@ def replacements(
             yield replace(_instead(found, index, score.active, no_strength.tolist()), again=True)
 
 
+def near_a_place(without: WholeSwings, effect: Effect) -> Iterator[Neighbour]:
+    """Yield models in which what acts near a place takes that of another form of the same effect.
+
+    Args:
+        without: the model without that.
+        effect: that form.
+    """
+    others = [e for e in known_effects() if e.is_local and (e.name, e.joint) == (effect.name, effect.joint)]
+    for score in scores(without, begun([e for e in others if e != effect], without.recorded.time_unit))[:PLACES]:
+        yield replace(with_one_more(without, score.active, score.values), again=True)
+
+
 def beside_rivals(found: WholeSwings, before: WholeSwings, rivals: Sequence[WholeSwings]) -> Iterator[Neighbour]:
     """Yield models in which what was added last is beside the best rival of each effect that was there before.
 
@@ -394,8 +406,8 @@ def simplifications(found: WholeSwings, sure: float) -> Iterator[Neighbour]:
 def without_effect(found: WholeSwings, index: int) -> Neighbour:
     """Return a model without one of its effects."""
     others, remain = found.model.without_effect(index)
-    # What happens at an instant may have been fitted at another one before.
-    again = any(other.effect.at_an_instant for other in others.effects)
+    # What happens at an instant, or near a place, may have been fitted at another one before.
+    again = any(other.effect.at_an_instant or other.effect.is_local for other in others.effects)
     return Neighbour(others, found.values[remain], (found.model.effects[index].key,), found, again)
 
 

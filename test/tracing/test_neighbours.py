@@ -16,6 +16,7 @@ from cdp_ident.tracing.neighbours import (
     beside_rivals,
     extended_models,
     extended_replacements,
+    near_a_place,
     replacements,
     scores_of,
     simplifications,
@@ -257,6 +258,14 @@ def test_an_instant_takes_the_place_of_nothing(rubbing, with_friction):
     assert not any(active.effect.at_an_instant for alternative in alternatives for active in alternative.model.effects)
 
 
+def test_viscous_friction_near_a_place_takes_that_of_a_harmonic_begun_where_it_does_most(rubbing):
+    proposed = list(near_a_place(rubbing, known("varying_viscosity.outer.1 per turn")))
+    assert {neighbour.model.labels for neighbour in proposed} == {("varying_viscosity.outer.near a place",)}
+    assert len({neighbour.values[-2:].tobytes() for neighbour in proposed}) == len(proposed) == 3
+    assert all(neighbour.again for neighbour in proposed)
+    assert not list(near_a_place(rubbing, known(DRY)))
+
+
 def test_a_simpler_model_lacks_one_effect_and_keeps_all_other_values(with_friction):
     found = with_effect(with_friction, "encoder_scale.inner", 1e-4)
     simpler = {neighbour.what: neighbour for neighbour in simplifications(found, sure=np.inf)}
@@ -267,10 +276,15 @@ def test_a_simpler_model_lacks_one_effect_and_keeps_all_other_values(with_fricti
     assert [neighbour.what for neighbour in simplifications(found, sure=16.0)] == [("encoder_scale.inner",)]
 
 
-def test_what_happens_at_an_instant_is_fitted_again_without_another_effect(with_friction):
-    found = with_effect(with_friction, "encoder_slip.inner", 1e-3, 2.0, trial=0)
+@pytest.mark.parametrize(
+    ("key", "values", "trial"), [("encoder_slip.inner", (1e-3, 2.0), 0), ("magnet.inner", (1e-3, 0.5, 0.1, 0.1), None)]
+)
+def test_what_happens_at_an_instant_or_near_a_place_is_fitted_again_without_another_effect(
+    with_friction, key, values, trial
+):
+    found = with_effect(with_friction, key, *values, trial=trial)
     again = {neighbour.what: neighbour.again for neighbour in simplifications(found, sure=np.inf)}
-    assert again == {(DRY,): True, ("encoder_slip.inner",): False}
+    assert again == {(DRY,): True, (key,): False}
 
 
 def test_how_sure_a_strength_is_does_not_depend_on_the_units_of_what_is_beside_it(clean):
