@@ -123,7 +123,7 @@ class ModelSearch:
         Raises:
             InterruptedSearchError: the search is asked to stop.
         """
-        elsewhere = self._other_maxima, self._zeros, self._replace, self._begin_otherwise, self._look_ahead
+        elsewhere = self._other_maxima, self._zeros, self._replace, self._look_ahead
         while True:
             neighbours = first(e for e in additions(self.best, self.scores) if len(e.model.effects) <= _MOST_EFFECTS)
             extended = [*extended_models(self.best)]
@@ -328,22 +328,6 @@ class ModelSearch:
             rivals = sorted(self.fitted.values(), key=self.cost)
             self._move([*beside_rivals(self.best, before, rivals)], "exchanged for")
 
-    def _begin_otherwise(self) -> bool:
-        """Go on from other effects than those that the best model has, each with what that lacks most.
-
-        What imitates two effects at once may be taken first, and each step from there be an improvement.
-        """
-        there = {active.effect for active in self.best.model.effects}
-        single = [found for found in self.fitted.values() if len(found.model.effects) == 1]
-        rivals = [found for found in single if not there & {active.effect for active in found.model.effects}]
-        begun = list[Neighbour]()
-        for rival in sorted(rivals, key=self.cost)[:_RIVALS] if len(there) > 1 else ():
-            (active,) = rival.model.effects
-            leading = next(additions(rival, self._lasting(rival)), None)
-            if leading and leading.model.effects[-1].effect not in there:
-                begun.append(replace(leading, what=(active.key, *leading.what)))
-        return self._move(begun, "exchanged for")
-
     def _look_ahead(self) -> bool:
         """Add more to what is more probable than the best model, but explains nothing over windows.
 
@@ -473,8 +457,6 @@ class ModelSearch:
         return best_of(searches, to_beat + _HOPELESS)
 
 
-_RIVALS = 3
-"""So many other effects may begin another model."""
 _HOPELESS = 30.0
 """A model whose misfit is larger than the best one's by this is not fitted to the end."""
 _SURE = 100.0
