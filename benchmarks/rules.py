@@ -80,14 +80,14 @@ def _as_many(readings: Any, _steps: Any) -> Any:
 
 
 RULES = (
-    Rule("other maxima", "cdp_ident.tracing.model_search:ModelSearch._other_maxima", _no),
+    Rule("several at once", "cdp_ident.tracing.model_search:ModelSearch._look_ahead", _no),
     Rule("zeros by trial", "cdp_ident.tracing.model_search:ModelSearch._zeros", _no),
     Rule("extended models", "cdp_ident.tracing.neighbours:hides_more", _no),
     Rule("replacements", "cdp_ident.tracing.model_search:ModelSearch._replace", _no),
     Rule("names for a curve", "cdp_ident.tracing.model_search:ModelSearch._spell_out", _nothing),
     Rule("play is tried", "cdp_ident.tracing.select_effects:suggestions", _empty),
     Rule("names beside more than noise", "cdp_ident.tracing.trace:where_more_remains", _first),
-    Rule("withdrawal", "cdp_ident.tracing.trace:is_worse", _no),
+    Rule("withdrawal", "cdp_ident.tracing.carry_over:is_worse", _no),
     Rule("windows of half a swing", "cdp_ident.pipeline.identify:_is_followed", _yes),
     Rule("values with less torque", "cdp_ident.tracing.final_model:with_less_torque", _first),
     Rule("tails of torques", "cdp_ident.likelihood.noise:Noise.with_tails", _first),

@@ -91,7 +91,7 @@ def best_of(
     return None, failures
 
 
-def other_maxima(found: WholeSwings, to_beat: float = np.inf) -> list[WholeSwings]:
+def _other_maxima(found: WholeSwings, to_beat: float = np.inf) -> list[WholeSwings]:
     """Return other maxima of the likelihood of a model that leaves more than noise, close enough to compare.
 
     Unknown torques follow what is autocorrelated noise, that noise follows what is motion, and a joint that dry
@@ -120,7 +120,7 @@ def other_maxima(found: WholeSwings, to_beat: float = np.inf) -> list[WholeSwing
 def likelier_maximum(found: WholeSwings) -> WholeSwings:
     """Return the likeliest maximum of a model's likelihood; what it is, if others cannot be computed."""
     try:
-        return min([found, *other_maxima(found, found.misfit)], key=lambda one: one.misfit)
+        return min([found, *_other_maxima(found, found.misfit)], key=lambda one: one.misfit)
     except (IdentificationError, np.linalg.LinAlgError):
         return found
 

@@ -22,7 +22,6 @@ from cdp_ident.likelihood.maxima import (
     ENOUGH_STEPS,
     best_of,
     likelier_maximum,
-    other_maxima,
     with_less_torque,
 )
 from cdp_ident.likelihood.scores import Score
@@ -123,7 +122,7 @@ class ModelSearch:
         Raises:
             InterruptedSearchError: the search is asked to stop.
         """
-        elsewhere = self._other_maxima, self._zeros, self._replace, self._look_ahead
+        elsewhere = self._zeros, self._replace, self._look_ahead
         while True:
             neighbours = first(e for e in additions(self.best, self.scores) if len(e.model.effects) <= _MOST_EFFECTS)
             extended = [*extended_models(self.best)]
@@ -257,29 +256,6 @@ class ModelSearch:
             if not tried or self.cost(simpler) > 0.0 or not self._errors.explains(simpler, self.best):
                 return
             self._note(f"dropped {' and '.join(what)}", simpler, tried)
-
-    def _other_maxima(self) -> bool:
-        """Go on with what other maxima of the best model's likelihood propose, without unknown torques or with less.
-
-        Unknown torques follow what is to be added, and noise that is autocorrelated, too: what is added has nothing
-        left to explain. What happens at an instant shows beside them, and imitates much without: it is looked for
-        there, and fitted here.
-        """
-        if not np.any(self.best.is_missing):
-            return False
-        less = self._with_less_torque(self.best)
-        proposed = first(additions(less, self._lasting(less)))
-        try:
-            origin, *_ = other_maxima(self.best)
-            behind = origin.misfit - self.best.misfit
-            proposed += first(additions(origin, self._lasting(origin), behind))
-            # What an extended model has more, unknown torques follow as well as it would.
-            proposed += extended_models(origin)
-        except (IdentificationError, np.linalg.LinAlgError) as error:
-            self.failures.append(f"other maxima: {error}")
-        present = first(additions(self.best, self.scores))
-        instants = [each for each in present if each.model.effects[-1].effect.at_an_instant]
-        return self._move([*(replace(each, again=True) for each in proposed), *instants], "added")
 
     def _with_less_torque(self, found: WholeSwings) -> WholeSwings:
         """Return a model with less unknown torque, if any is missing: else it follows what scores are to tell."""

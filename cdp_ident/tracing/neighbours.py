@@ -74,13 +74,12 @@ def first(neighbours: Iterable[Neighbour]) -> list[Neighbour]:
     return [each for of_effect in chosen.values() for each in of_effect]
 
 
-def additions(found: WholeSwings, scored: Sequence[Score], behind: float = 0.0) -> Iterator[Neighbour]:
+def additions(found: WholeSwings, scored: Sequence[Score]) -> Iterator[Neighbour]:
     """Yield the models with one effect more, the most promising first.
 
     Args:
         found: a model.
         scored: what effects would do for it, see `scores_of`.
-        behind: by how much the misfit of another model is smaller already, which one of them is to beat.
     """
     best_named = min((score.misfit for score in scored if score.active.effect.curve is None), default=0.0)
     tried = set[tuple[str, str]]()
@@ -92,7 +91,7 @@ def additions(found: WholeSwings, scored: Sequence[Score], behind: float = 0.0) 
         worth = one_of_many not in tried and (not is_curve or score.misfit < best_named)
         if is_curve or effect.harmonic:
             tried.add(one_of_many)
-        if worth and score.misfit + ambiguity(score.active, found.recorded) < _PROMISES - behind:
+        if worth and score.misfit + ambiguity(score.active, found.recorded) < _PROMISES:
             yield from _holding_both(found, score)
             yield with_one_more(found, score.active, score.values)
             for values in score.elsewhere:

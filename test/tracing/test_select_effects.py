@@ -61,7 +61,7 @@ def test_a_numerical_failure_ends_the_search_and_loses_nothing_that_was_found(fo
     def fails(*_):
         raise np.linalg.LinAlgError("singular")
 
-    monkeypatch.setattr(ModelSearch, "_other_maxima", fails)
+    monkeypatch.setattr(ModelSearch, "_zeros", fails)
     selection = select_effects(found, expected=[DRY])
     assert selection.after.model.labels == (DRY.effect.key,)
     assert selection.failures == ("the search ended early: singular",)
