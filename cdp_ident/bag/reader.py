@@ -123,7 +123,7 @@ def bag_checksums(bag: Path) -> dict[str, str]:
     """
     checksums = {}
     try:
-        for file in storage_files(bag):
+        for file in filter(Path.is_file, storage_files(bag)):  # others are not read, and that is said
             with open_regular(file) as stream:
                 digest = hashlib.sha256()
                 while block := stream.read(1 << 20):

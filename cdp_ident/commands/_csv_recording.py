@@ -30,6 +30,8 @@ _LATEST = 2.0**31
 _DEFAULT_START = datetime(2000, 1, 1, tzinfo=timezone.utc)
 _TO_AND_FRO = 0.2
 """Share of steps back in what is no time; one that steps back now and then was set so."""
+_EVEN = 0.8
+"""Share of steps that are usual ones, in times that are out of order."""
 _LONGEST_STEP, _SHORTEST_STEP = 0.05, 2e-6
 """Steps of a time [s] longer or shorter than these show no swing: the unit is another one."""
 _FIRST_OF_1970 = (719529.0, 25569.0)
@@ -286,8 +288,14 @@ def _times(table: Table, options: argparse.Namespace, known: dict[str, int]) -> 
     rolls_over = f" ({counter}, counted on where it rolls over)" if counter else ""
     steps = np.diff(time[np.isfinite(time)])
     forth, back = np.count_nonzero(steps > 0), np.count_nonzero(steps < 0)
-    # Some logs begin with the newest row, some round their times so that several rows have the same.
-    if not forth + back or 0 < min(forth, back) > _TO_AND_FRO * (forth + back):
+    # Some logs begin with the newest row, some round their times so that several rows have the same, and the rows of
+    # some are out of order: in order, their times are even.
+    goes_to_and_fro = 0 < min(forth, back) > _TO_AND_FRO * (forth + back)
+    if goes_to_and_fro:
+        steps = np.diff(np.sort(time[np.isfinite(time)]))
+    typical = np.median(steps) if len(steps) else 0.0
+    even = np.mean(np.abs(steps - typical) <= 0.5 * typical) if goes_to_and_fro else 1.0
+    if not forth + back or even < _EVEN:
         raise OptionError(
             f"{table.path}: {table.name(place)} does not increase as times do: name their column by --time, or give "
             "--rate if there is none"

@@ -38,6 +38,8 @@ COLUMNS = ("A22", "A23", "A33", "c1", "c2", "G1", "G2", "k1", "k2", "D", "E12", 
 """What the balance is linear in; A22 itself is one, and M1, M2 what motors' torques are multiplied by."""
 WINDOW = 25
 """Grid points of a window: 1.2 units of the motion's time scale from its first to its last."""
+_CLOSEST = 1e-2
+"""Samples nearer to each other than this share of the spacing of the balance say no more than such would."""
 _ANY = 0.5
 _STICKS = 0.5
 """A joint sticks where the direction of its friction is uncertain by more than this share."""
@@ -103,7 +105,7 @@ def motion_on_grid(
 
 def _gain(time: Array, scales: Scales) -> float:
     """Return the variance of a window's acceleration where the angles have white noise of variance one [1/s^4]."""
-    step = sampling_step(time)
+    step = max(sampling_step(time), _CLOSEST * scales.spacing)
     at = np.asarray(np.linspace(-0.5, 0.5, WINDOW) * (WINDOW - 1) * scales.spacing, dtype=float)
     beside = max(6, round((at[-1] + scales.half_width) / step) + 1)
     times = np.arange(-beside, beside + 1) * step

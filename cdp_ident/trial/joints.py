@@ -82,7 +82,7 @@ def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Sam
     recording = recording[~again]
     columns = [recording.joints.index(joint) for joint in wanted]
     whole = np.flatnonzero(_usable(recording.positions[:, columns]).all(axis=1))
-    of_another, of_which = still_publisher(recording.positions[whole][:, columns])
+    of_another, of_which = still_publisher(recording.positions[whole][:, columns], recording.stamps[whole])
     recording = recording[np.delete(np.arange(len(recording.stamps)), whole[of_another])]
     order, notes = in_order(recording.stamps, np.isfinite(recording.positions[:, columns]))
     notes.append(of_which)

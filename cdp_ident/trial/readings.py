@@ -267,8 +267,11 @@ def continuous(readings: Array) -> tuple[Array, float, str]:
     return np.asarray(np.unwrap(readings, period=period)), float(period), f"wrap after {limit}: they are counted on"
 
 
-def still_publisher(readings: Array) -> tuple[Mask, str]:
-    """Return which samples (n, 2) come from a second publisher that never moves (n,), and in words that it is there."""
+def still_publisher(readings: Array, stamps: Indices) -> tuple[Mask, str]:
+    """Return which samples (n, 2) come from a second publisher that never moves (n,), and in words that it is there.
+
+    Its samples are between the others' as they are stored, and as they are stamped (n,): else they were out of order.
+    """
     none = np.zeros(len(readings), dtype=bool)
     if not len(readings):
         return none, ""
@@ -276,8 +279,9 @@ def still_publisher(readings: Array) -> tuple[Mask, str]:
     most = int(np.argmax(counts))
     still = np.asarray(place == most)
     before = np.flatnonzero(still[1:] & ~still[:-1])
-    is_rare = len(before) < _TURNS or counts[most] < _SHARE * len(readings)
-    if is_rare or counts[most] > _RUN * (len(before) + 1):
+    stamped = still[np.argsort(stamps, kind="stable")]
+    turns = min(len(before), np.count_nonzero(stamped[1:] & ~stamped[:-1]))
+    if turns < _TURNS or counts[most] < _SHARE * len(readings) or counts[most] > _RUN * (turns + 1):
         return none, ""
     value = np.array([values[most].real, values[most].imag])
     if np.median(np.max(np.abs(readings[before] - value), axis=1)) < _FAR:

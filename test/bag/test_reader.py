@@ -317,6 +317,9 @@ def test_a_bag_s_files_with_messages_are_summed(tmp_path):
     sums = {name: hashlib.sha256(data).hexdigest() for name, data in (("b_0.mcap", b"one"), ("b_1.mcap.zstd", b"two"))}
     assert bag_checksums(tmp_path) == bag_checksums(tmp_path / "metadata.yaml") == sums
     assert bag_checksums(tmp_path / "b_0.mcap") == {"b_0.mcap": sums["b_0.mcap"]}
+    (tmp_path / "b_2.mcap").mkdir()
+    (tmp_path / "b_3.mcap").symlink_to("nowhere")
+    assert bag_checksums(tmp_path) == sums  # what holds no messages is not read
 
 
 def test_a_missing_bag_is_refused(tmp_path):

@@ -24,6 +24,7 @@ DROPS = SHARED / "dfki_drops"
 
 TIME, THETA = swing()
 RELATIVE = np.column_stack([THETA[:, 0], THETA[:, 1] - THETA[:, 0]])
+SHUFFLED = np.random.default_rng(6).permutation(len(TIME))
 
 
 @pytest.mark.parametrize(
@@ -370,6 +371,7 @@ def test_columns_with_rows_of_their_own_are_joined_at_the_times_of_one(convert, 
         (TIME, np.degrees(RELATIVE) % 360, [], "wrap after 360"),
         (TIME, RELATIVE * [1, 180 / np.pi], [], "outer from column 'b' in deg (not stated"),
         (TIME[::-1], RELATIVE[::-1], [], "stored late are put where their stamps belong"),
+        (TIME[SHUFFLED], RELATIVE[SHUFFLED], [], "stored late are put where their stamps belong"),
         (
             TIME,
             np.where(np.isin(np.arange(len(TIME)), [3, 7])[:, None], np.nan, RELATIVE),

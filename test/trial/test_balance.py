@@ -76,6 +76,14 @@ def test_an_error_of_a_zero_is_what_a_small_turn_of_it_changes(states, of, by, e
     assert column(error, 0.0) == pytest.approx(difference, abs=1e-8)
 
 
+def test_samples_a_nanosecond_apart_ask_for_no_more_memory_than_others(states):
+    angles, time = np.repeat(states[:, :2], 2, axis=0), np.repeat(GRID, 2)
+    time[1::2] += 1e-9
+    twice = motion_on_grid(time, angles, None, Scales(PER_UNIT * SPACING))
+    assert np.isfinite(twice.gain)
+    np.testing.assert_allclose(twice.angles[10:-10], states[10:-10, :2], atol=1e-2)
+
+
 def test_a_derivative_is_integrated_by_parts():
     value, slope = window_weights(SPACING, half=50)
     by_parts = over_windows(np.sin(GRID), slope)

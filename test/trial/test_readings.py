@@ -162,7 +162,7 @@ def test_what_lies_on_lines_between_measurements_is_none(every):
 def test_one_that_never_moves_is_told_from_the_motion(every):
     places = np.arange(0, len(MOTION), every)
     mixed = np.insert(MOTION, places, [0.0, 0.2], axis=0)
-    still, note = still_publisher(mixed)
+    still, note = still_publisher(mixed, np.arange(len(mixed)))
     assert np.array_equal(mixed[~still], MOTION)
     assert f"its {len(places)} messages are left out" in note
 
@@ -170,9 +170,17 @@ def test_one_that_never_moves_is_told_from_the_motion(every):
 def test_rods_at_rest_whose_readings_flicker_are_no_second_publisher():
     rest = np.zeros((3000, 2))
     rest[::3, 0] = 1e-3
-    still, note = still_publisher(np.concatenate([MOTION, rest]))
+    readings = np.concatenate([MOTION, rest])
+    still, note = still_publisher(readings, np.arange(len(readings)))
     assert not np.any(still)
     assert note == ""
+
+
+def test_rods_at_rest_that_are_stored_out_of_order_are_no_second_publisher():
+    readings = np.concatenate([np.full((len(MOTION) // 5, 2), 0.2), MOTION])
+    order = np.random.default_rng(2).permutation(len(readings))
+    assert not np.any(still_publisher(readings[order], order)[0])
+    assert np.any(still_publisher(readings[order], np.arange(len(readings)))[0])
 
 
 def test_two_that_move_alternate_and_one_does_not():
