@@ -65,16 +65,20 @@ def most_likely(
 
 
 def best_of(
-    searches: Sequence[GaussNewton], to_beat: float = np.inf, most_steps: int = ENOUGH_STEPS
+    searches: Sequence[GaussNewton],
+    to_beat: float = np.inf,
+    most_steps: int = ENOUGH_STEPS,
+    promised: float = np.inf,
 ) -> tuple[WholeSwings | None, list[str]]:
     """Return what the best of several searches for one model finds: a few steps of each, and the best one to the end.
 
-    It is None where no motion can be computed; beside it is why, of each where it cannot be.
+    It is None where no motion can be computed, or nothing is promised; beside it is why no motion can be.
 
     Args:
         searches: which differ in where they begin.
         to_beat: see `GaussNewton.run`.
         most_steps: after so many, the best one ends where it is.
+        promised: a misfit that is larger than the best one's after a few steps.
     """
     begun, failures = list[GaussNewton](), list[str]()
     for search in searches:
@@ -85,6 +89,8 @@ def best_of(
     try:
         if begun:
             best = min(begun, key=lambda one: one.misfit)
+            if best.misfit > promised:
+                return None, failures
             return (best if best.converged else best.run(most_steps, to_beat)).found(), failures
     except (IdentificationError, np.linalg.LinAlgError) as error:
         failures.append(str(error))

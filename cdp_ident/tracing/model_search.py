@@ -418,23 +418,26 @@ class ModelSearch:
         """
         if len(begun[0].model.effects) < len(self.best.model.effects):
             to_beat = np.inf
-        searches = list[GaussNewton]()
+        searches, promised = list[GaussNewton](), np.inf
         for each in begun:
             noise = each.origin.noise
             if len(each.values) < len(each.origin.values):
                 # What is left out may have to be followed by unknown torques from now on.
                 noise = noise.with_torque_of_at_least(_AT_LEAST * self._recorded.large_torque)
             search = GaussNewton(each.model, each.values, self._recorded, each.states, noise, CLOSE_ENOUGH)
-            more = unlikelihood_of(each.model, self._recorded) - unlikelihood_of(each.origin.model, self._recorded)
-            if not each.unscored or search.expected_misfit() + more < each.origin.misfit:
+            if each.unscored:
+                more = unlikelihood_of(each.model, self._recorded) - unlikelihood_of(each.origin.model, self._recorded)
+                promised = each.origin.misfit - more
+            if not each.unscored or search.expected_misfit() < promised + _UNPROMISING:
                 searches.append(search)
-        if not searches:
-            return None, []
-        return best_of(searches, to_beat + _HOPELESS)
+        return best_of(searches, to_beat + _HOPELESS, promised=promised)
 
 
 _HOPELESS = 30.0
 """A model whose misfit is larger than the best one's by this is not fitted to the end."""
+_UNPROMISING = 100.0
+"""What no score speaks for is not fitted from where its first step makes it less probable by this; a few steps have to
+make it more probable."""
 _SURE = 100.0
 """An effect whose strength has a square larger by this than what is imitated is not tried to be dropped."""
 _AT_LEAST = 1e-2

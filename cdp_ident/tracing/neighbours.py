@@ -56,7 +56,7 @@ class Neighbour:
     again: bool = False
     """Whether it is fitted even if it was before, from elsewhere."""
     unscored: bool = False
-    """Whether no score speaks for it: it is fitted if its first step promises to make the model more probable."""
+    """Whether no score speaks for it: it is fitted to the end if a few steps make the model more probable."""
 
     @property
     def states(self) -> list[Array]:

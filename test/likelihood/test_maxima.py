@@ -58,6 +58,12 @@ def test_a_beginning_without_a_motion_costs_that_one_alone(swings):
     assert best_of(searches(swings, NOWHERE, NOWHERE)) == (None, 2 * failures)
 
 
+def test_what_does_not_keep_its_promise_after_a_few_steps_is_given_up(swings):
+    found, _ = best_of(searches(swings, BEGIN))
+    assert best_of(searches(swings, BEGIN), promised=found.misfit - 1.0) == (None, [])
+    assert best_of(searches(swings, BEGIN), promised=found.misfit + 1e4)[0].misfit == pytest.approx(found.misfit)
+
+
 def test_an_instant_at_which_nothing_happens_stays_in_its_trial(swings):
     """Its derivative is next to nothing: a step had led to 1e85 s."""
     found, _ = best_of(searches(swings, BEGIN))
