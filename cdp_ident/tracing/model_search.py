@@ -205,7 +205,7 @@ class ModelSearch:
     def _at_likelier_maxima(self, tried: Sequence[_Fitted]) -> list[_Fitted]:
         """Return models at their likeliest maxima, those with more effects: torques or noise may follow these, too."""
         more = [size_of(of.model) > size_of(self.best.model) and hides_more(of) for of, _ in tried]
-        # Of the others that was done as they were fitted.
+        # Of the others the leading ones were, as they were fitted.
         unlikely = [it and cost_unless_imitated(of, self.best) >= 0.0 for it, (of, _) in zip(more, tried, strict=True)]
         fits = parallel_map(lambda k: likelier_maximum(tried[k][0]) if unlikely[k] else tried[k][0], range(len(tried)))
         return [(self._keep(found), what) for found, (_, what) in zip(fits, tried, strict=True)]
