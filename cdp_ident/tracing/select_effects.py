@@ -63,14 +63,14 @@ def select_effects(
     except (IdentificationError, np.linalg.LinAlgError) as error:
         search.failures.append(f"the search ended early: {error}")
     best, count = search.best, len(search.best.model.effects)
-    without, scored = tuple[WholeSwings | None, ...](), tuple[Score, ...]()
+    without = tuple[WholeSwings | None, ...]()
     try:
         without = () if interrupted else tuple(map(search.without, range(count)))
-        scored = tuple(search.scores)
     except InterruptedSearchError:
         interrupted = True
     except (IdentificationError, np.linalg.LinAlgError) as error:
-        search.failures.append(f"what other effects would do: {error}")
+        search.failures.append(f"the model without each effect: {error}")
+    scored = _scored(search)
     probability, also_possible = probabilities(search), not_distinguished(search)
     return Selection(
         before=search.paper,
@@ -87,11 +87,20 @@ def select_effects(
     )
 
 
+def _scored(search: ModelSearch) -> tuple[Score, ...]:
+    """Return what other effects would do for the best model of a search; nothing where that cannot be computed."""
+    try:
+        return tuple(search.scores)
+    except (IdentificationError, np.linalg.LinAlgError) as error:
+        search.failures.append(f"what other effects would do: {error}")
+        return ()
+
+
 def withdrawn_from(selection: Selection, index: int | None, options: IdentifyOptions) -> Selection:
     """Return a selection from which an effect is withdrawn, or all of them (None): the others are as sure as before.
 
     Raises:
-        IdentificationError: the model without it, or what other effects would do for that, cannot be computed.
+        IdentificationError: the model without it cannot be computed.
     """
     effects = selection.after.model.effects
     after = selection.before if index is None else selection.without[index]
@@ -101,15 +110,18 @@ def withdrawn_from(selection: Selection, index: int | None, options: IdentifyOpt
     what = " and ".join(active.key for k, active in enumerate(effects) if k not in kept)
     step = Step(f"withdrawn, as held-out motion is predicted worse: {what}", after.misfit - selection.before.misfit, ())
     search = ModelSearch(selection.before, options.named_effects_only, begin=after)
+    without = tuple(search.without(place) for place in range(len(kept)))
+    scored = _scored(search)
     return replace(
         selection,
         after=after,
         steps=(*selection.steps, step),
-        without=tuple(search.without(place) for place in range(len(kept))),
+        without=without,
         probability=tuple(selection.probability[k] for k in kept),
         also_possible=tuple(selection.also_possible[k] for k in kept),
         certainty=tuple(selection.certainty[k] for k in kept),
-        scores=tuple(search.scores),
+        scores=scored,
+        failures=(*selection.failures, *search.failures),
     )
 
 

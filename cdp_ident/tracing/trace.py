@@ -144,7 +144,9 @@ def judged(
         selection, after = None, before
     if selection:
         try:
+            known = len(selection.failures)
             after, selection, without, withdrawn = what_carries_over(before, after, selection, found)
+            failures = [*failures, *selection.failures[known:]]
         except (IdentificationError, np.linalg.LinAlgError) as error:
             failures = [*failures, f"whether each effect carries over: {error}"]
             without = [float("nan")] * len(selection.without)

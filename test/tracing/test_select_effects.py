@@ -14,7 +14,7 @@ from cdp_ident.fit.scales import scales_of
 from cdp_ident.likelihood.maxima import NEAR
 from cdp_ident.likelihood.recorded import fitted_recorded
 from cdp_ident.tracing.model_search import ModelSearch
-from cdp_ident.tracing.select_effects import ExpectedEffect, select_effects
+from cdp_ident.tracing.select_effects import ExpectedEffect, select_effects, withdrawn_from
 from scenarios.paper_rig import A22
 from scenarios.swings import fitted, known, measured, motion
 
@@ -67,3 +67,20 @@ def test_a_numerical_failure_ends_the_search_and_loses_nothing_that_was_found(fo
     assert selection.failures == ("the search ended early: singular",)
     assert len(selection.without) == 1
     assert not selection.interrupted
+
+
+def test_what_is_withdrawn_leaves_the_others_as_sure_and_scores_that_fail_are_told(found, monkeypatch):
+    selection = select_effects(found, expected=[DRY])
+    without = withdrawn_from(selection, None, found.options)
+    assert without.after is selection.before
+    assert (without.without, without.probability, without.certainty) == ((), (), ())
+    assert without.steps[-1].action == f"withdrawn, as held-out motion is predicted worse: {DRY.effect.key}"
+    assert without.scores
+
+    def fails(*_):
+        raise np.linalg.LinAlgError("singular")
+
+    monkeypatch.setattr(ModelSearch, "_scores_of", fails)
+    failed = withdrawn_from(selection, None, found.options)
+    assert failed.after is selection.before
+    assert (failed.scores, failed.failures[-1]) == ((), "what other effects would do: singular")
