@@ -239,3 +239,16 @@ def largest_gravity(values: Array) -> Array:
     """Return gravity's largest torque on each rod (2,), for a rod that hardly has any a tenth of the other's."""
     gravity = np.abs(values[4:6])
     return np.asarray(np.maximum(gravity, max(_LEAST_GRAVITY * gravity.max(), 1e-12)))
+
+
+def energy(motion: Motion, values: Array, gravity: float = NOMINAL["g"]) -> Array:
+    """Return the energy (m,) of a motion of theta1 and theta2 above that of hanging rods, over A22 [1/s^2].
+
+    It is without what a measured cart has done to the rods.
+    """
+    (theta1, theta2), (w1, w2) = motion.angles.T, motion.rates.T
+    A, B, _, _, G1, G2, _, _, D, *_ = values
+    kinetic = (w1**2 + B * w2**2) / 2.0 + (A * np.cos(theta1 - theta2) + D) * w1 * w2
+    pushed = np.gradient(motion.cart_velocity) * (G1 * np.cos(theta1) * w1 + G2 * np.cos(theta2) * w2) / gravity
+    potential = G1 * np.cos(theta1) + G2 * np.cos(theta2) + abs(G1) + abs(G2)
+    return np.asarray(kinetic + potential + np.cumsum(pushed))

@@ -11,13 +11,14 @@ from scipy import ndimage
 
 from cdp_ident.arrays import Array, Mask
 from cdp_ident.bag.device_messages import ClockRate
-from cdp_ident.errors import NoFreeMotionError, TrialError
+from cdp_ident.errors import NoFreeMotionError, OtherMotionError, TrialError
 from cdp_ident.model.effects.effect import JOINTS, Joint
-from cdp_ident.trial.balance import WINDOW, Motion, Windows, largest_gravity, over_windows, torques
+from cdp_ident.trial.balance import WINDOW, Motion, Windows, energy, largest_gravity, over_windows, torques
 from cdp_ident.trial.conventions import check_conventions, smaller_units_found
 from cdp_ident.trial.joints import Samples, model_angles
 from cdp_ident.trial.lumped import DRIVEN_JOINTS, FREE_JOINTS, explained
-from cdp_ident.trial.meaning import GOOD, MUCH_BETTER, Balance, balance_of
+from cdp_ident.trial.meaning import GOOD, MUCH_BETTER, Balance, balance_of, in_model_angles
+from cdp_ident.trial.mechanisms import driven
 from cdp_ident.trial.options import Input, TrialOptions
 from cdp_ident.trial.outliers import outlier_words
 from cdp_ident.trial.recorded_motion import Recorded, at_rest, cart_driven, covered, moving_windows, recorded_motion
@@ -25,7 +26,8 @@ from cdp_ident.trial.scales import PER_UNIT
 from cdp_ident.trial.trial import Trial, joined
 
 _MOSTLY = 0.5
-"""What drives more than this share of a motion that is nowhere free for long is its input."""
+"""What drives more than this share of a motion that is nowhere free for long is its input; what gives rods more than
+this share of their energy is no effect of the rig: springs, bases and errors of readings gave up to a third."""
 _DRIVES = 0.75
 """Torques drive a motion where at most this share of the squares is left with them that is left without: of geared
 motors it is up to 0.6, as joints have dry friction, and of torques that are measured in a free swing nearly all."""
@@ -131,10 +133,35 @@ def _found(recorded: Recorded, by_motors: Sequence[Mask], turned: Sequence[Joint
             f"{warnings[0]}: {lasts:.2f} s of {parts[-1].stop:.2f} s; record a longer swing, or take the part without "
             f"the hand by {options.called('start')} and {options.called('stop')}; {options.insist}"
         )
+    is_free = options.input != "joints"
+    if is_free and balance and balance.lumped.is_mechanism and (gain := _gain(motions, balance, taken)):
+        if options.conventions == "refuse":
+            raise OtherMotionError(f"{gain}; {options.insist}")
+        warnings = [*warnings, gain]
     trial = joined([_stretch(recorded, part, options) for part in taken])
     left_out = [outlier_words(trial.outliers, len(trial.time))] if trial.outliers else []
     notes = (*recorded.notes, *said, *left_out, *warnings, *cuts, *impulses)
     return Found(replace(trial, notes=notes), tuple(warnings), balance)
+
+
+def _gain(motions: Sequence[Motion], balance: Balance, parts: Sequence[Part]) -> str:
+    """Say that rods gain energy in free parts, which no effect gives them; empty where it is less than half of all."""
+    for part in parts:
+        motion = in_model_angles(motions[part.motion], balance.meaning)
+        inside = (motion.time >= part.start) & (motion.time <= part.stop)
+        time, total = motion.time[inside], energy(motion, balance.lumped.values)[inside]
+        gained = total - np.minimum.accumulate(total)
+        end = int(np.argmax(gained))
+        if gained[end] > _MOSTLY * total.max():
+            begin, share = time[np.argmin(total[: end + 1])], gained[end] / total[end]
+            where = driven(balance) or "in either joint or both"
+            called = " and ".join(map(balance.meaning.called, ("start", "stop")))
+            return (
+                f"the motion is not free: from {begin:.2f} to {time[end]:.2f} s the rods gain {share:.0%} of their "
+                f"energy, as by motors or a hand: {where}; record the motors' torques, or take a part without them by "
+                f"{called}"
+            )
+    return ""
 
 
 def _by_motors(recorded: Recorded, options: TrialOptions) -> tuple[list[Mask], list[Joint]]:

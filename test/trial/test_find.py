@@ -18,6 +18,7 @@ from cdp_ident.trial.mechanisms import unexplained_beside
 from cdp_ident.trial.options import UNITS, TrialOptions
 from cdp_ident.trial.recorded_motion import recorded_motion
 from reference.pendulum import TABLE_5, TIME, cart_position, motion
+from reference.truths import truth
 
 HANGING = TrialOptions(zero="hanging", outer_angle="absolute")
 STEP = 0.01
@@ -216,6 +217,33 @@ def test_driven_joints_are_told_by_their_torques_in_any_unit(unit):
 def test_of_driven_joints_without_torques_is_said_that_a_hand_or_motors_may_move_them():
     with pytest.raises(TrialError, match="if a hand or motors move the rods"):
         find_trial(samples(double_pendulum(by_motors)), HANGING)
+
+
+PUMPED = {
+    "the inner joint": (lambda time: (0.8 * np.sin(3.1 * time), 0.0), "it acts in the inner joint"),
+    "the outer joint": (lambda time: (0.0, 0.06 * np.sin(5.5 * time)), "it acts in the outer joint"),
+    "both joints": (lambda time: (0.12 * np.sin(5.0 * time), 0.036 * np.cos(8.5 * time)), "in either joint or both"),
+}
+"""Torques [N m] without a record under which the balance of a free motion nearly holds, and where they are said."""
+
+
+@pytest.mark.parametrize("case", PUMPED)
+def test_rods_that_gain_their_energy_are_not_free(case):
+    torques, where = PUMPED[case]
+    angles = double_pendulum(torques, start=(0.1, -0.1))
+    with pytest.raises(OtherMotionError, match=rf"not free: from \d.* the rods gain \d+% of their energy.*{where}"):
+        find_trial(samples(angles), HANGING)
+    taken = find_trial(samples(angles), replace(HANGING, conventions="warn"))
+    assert "gain" in " ".join(taken.warnings)
+
+
+@pytest.mark.parametrize("kind", ["cogging_torque.inner", "oblique_view.base", "pivot_compliance.base"])
+def test_what_effects_of_the_rig_give_back_is_no_gain(kind):
+    swing = truth(kind, 1, visible=40.0).trials[0]
+    stamps = np.round(1e9 * swing.time).astype(np.int64)
+    found = find_trial(Samples(stamps, swing.theta, None), TrialOptions(outer_angle="absolute"))
+    assert "is explained neither by gravity" in " ".join(found.warnings)
+    assert found.trial.duration > 10.0
 
 
 def test_joints_that_are_driven_most_of_the_time_are_taken_with_their_torques():
