@@ -6,6 +6,7 @@ import csv
 import gzip
 import io
 import itertools
+import math
 import re
 import zlib
 from array import array
@@ -139,8 +140,9 @@ def read_table(path: Path, delimiter: str | None = None, decimal: str | None = N
     text = _KEY.sub(",", text).replace("}", "") if keys else text
     rows = ((number, line) for number, line in _lines(path, text) if line[0] not in _COMMENTS)
     looked_at = list(itertools.islice(rows, _LOOKED_AT))
-    looked_at = looked_at[: max(2, _LETTERS // max(1, max((len(line) for _, line in looked_at), default=1)))]
-    form = _Format.of([line for _, line in looked_at], delimiter, decimal)
+    letters = itertools.accumulate(len(line) for _, line in looked_at)
+    few = [line for (_, line), so_far in zip(looked_at, letters, strict=True) if so_far <= _LETTERS]
+    form = _Format.of(few, delimiter, decimal)
     if form is None:
         raise _no_numbers_in(path, looked_at)
     before, units = list[Line](), list[str]()
@@ -169,8 +171,9 @@ def read_table(path: Path, delimiter: str | None = None, decimal: str | None = N
                 first = 0
             else:
                 stray.append((number, line))
-        if len(values) > _MOST_CELLS:
-            raise BagError(f"{path} has more than {_MOST_CELLS} numbers: cut the swing out of it")
+        if len(values) > min(_MOST_CELLS, form.width + len(text)):
+            what = f"more than {_MOST_CELLS} numbers" if len(values) > _MOST_CELLS else "rows shorter than most others"
+            raise BagError(f"{path} has {what}: cut the swing out of it")
     if not first:
         raise _no_numbers_in(path, before)
     table = np.frombuffer(values).reshape(-1, form.width)
@@ -295,7 +298,8 @@ class _Format:
             cells = [_cells_of(line, sign) for line in rows]
             cells = [row for row in cells if any(_number_of(cell, point) is not None for cell in row)]
             widths = Counter(len(row) for row in cells)
-            width = max(widths, key=lambda w: (widths[w] * w, w), default=0)
+            # How many rows there are counts for more than how wide one is.
+            width = max(widths, key=lambda w: (widths[w] * math.log(w), w), default=0)
             of_width = [row for row in cells if len(row) == width]
             flat = [(cell, _number_of(cell, point) is not None) for row in of_width for cell in row]
             # Digits in words, as of decimal commas that are taken for signs between columns, speak against it.

@@ -105,10 +105,15 @@ class Metadata:
         return stamp if type(stamp) is int and 0 <= stamp <= _LATEST_NS else None
 
     @property
+    def paths(self) -> list[Path]:
+        """The paths of the bag's files, in its folder."""
+        paths = self.information.get("relative_file_paths")
+        return [Path(path) for path in paths if isinstance(path, str)] if isinstance(paths, list) else []
+
+    @property
     def files(self) -> set[str]:
         """The names of the bag's files."""
-        paths = self.information.get("relative_file_paths")
-        return {Path(path).name for path in paths if isinstance(path, str)} if isinstance(paths, list) else set()
+        return {path.name for path in self.paths}
 
     def count(self, topics: Collection[str]) -> int:
         """Return how many messages of some topics there are; 0 where that is not said."""

@@ -104,7 +104,8 @@ def storage_files(bag: Path) -> list[Path]:
             raise BagError(no_bag(bag))
         if not bag.is_dir():
             return [bag]
-        there = sorted(bag.iterdir())
+        named = [path for path in Metadata.of(bag).paths if not path.is_absolute() and ".." not in path.parts]
+        there = sorted({*bag.iterdir(), *filter(Path.is_file, (bag / path for path in named))})
     except (OSError, ValueError) as error:
         raise BagError(f"{bag} cannot be read: {error}") from error
     files = [file for file in there if is_storage_file(file.name)]
@@ -147,7 +148,9 @@ def _recorded_files(bag: Path) -> tuple[list[Path], Metadata, list[str]]:
     there = {file: {file.name, file.name.removesuffix(".zstd")} & metadata.files for file in files}
     recorded = [file for file in files if there[file]]
     if not recorded:
-        return files, metadata, []
+        called = shown(", ".join(file.name for file in files))
+        renamed = f"no file that {METADATA_FILE} names is there (renamed, or in another folder?): read is {called}"
+        return files, metadata, [renamed] if metadata.files else []
     missing, others = (
         sorted(metadata.files - set().union(*there.values())),
         [file.name for file in files if not there[file]],

@@ -23,8 +23,8 @@ windows, a hand acted on the rods, or the angles have another meaning than assum
 """
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from scipy.special import erf
@@ -38,6 +38,7 @@ COLUMNS = ("A22", "A23", "A33", "c1", "c2", "G1", "G2", "k1", "k2", "D", "E12", 
 """What the balance is linear in; A22 itself is one, and M1, M2 what motors' torques are multiplied by."""
 WINDOW = 25
 """Grid points of a window: 1.2 units of the motion's time scale from its first to its last."""
+_AT_ONCE = 1 << 14
 _CLOSEST = 1e-2
 """Samples nearer to each other than this share of the spacing of the balance say no more than such would."""
 _ANY = 0.5
@@ -75,6 +76,17 @@ class Motion:
     def is_whole(self) -> Mask:
         """(windows,) Whether a window has no gap in it."""
         return np.asarray(over_windows(self.bridged, np.ones(WINDOW)) < _ANY)
+
+    def parted(self, windows: Mask) -> Iterator[tuple["Motion", Mask]]:
+        """Yield parts that follow one another, and of each those of some windows that it has: all take little memory.
+
+        `windows` tells of each of the motion's windows whether it is one of them.
+        """
+        rows = [field.name for field in fields(self) if np.shape(getattr(self, field.name))[:1] == self.time.shape]
+        for begin in range(0, len(windows), _AT_ONCE):
+            part = slice(begin, begin + _AT_ONCE + WINDOW - 1)
+            values = {name: getattr(self, name)[part] for name in rows}
+            yield replace(self, **values), windows[begin : begin + _AT_ONCE]
 
     @property
     def directions(self) -> Array:

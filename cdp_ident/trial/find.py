@@ -13,11 +13,11 @@ from cdp_ident.arrays import Array, Mask
 from cdp_ident.bag.device_messages import ClockRate
 from cdp_ident.errors import NoFreeMotionError, OtherMotionError, TrialError
 from cdp_ident.model.effects.effect import JOINTS, Joint
-from cdp_ident.trial.balance import WINDOW, Motion, Windows, energy, largest_gravity, over_windows, torques
+from cdp_ident.trial.balance import WINDOW, Motion, Windows, energy, largest_gravity, over_windows, torques, windows
 from cdp_ident.trial.conventions import check_conventions, smaller_units_found
 from cdp_ident.trial.joints import Samples, model_angles
 from cdp_ident.trial.lumped import DRIVEN_JOINTS, FREE_JOINTS, explained
-from cdp_ident.trial.meaning import GOOD, MUCH_BETTER, Balance, balance_of, in_model_angles
+from cdp_ident.trial.meaning import GOOD, MUCH_BETTER, SOME, Balance, balance_of, in_model_angles
 from cdp_ident.trial.mechanisms import driven
 from cdp_ident.trial.options import Input, TrialOptions
 from cdp_ident.trial.outliers import outlier_words
@@ -122,8 +122,8 @@ def _found(recorded: Recorded, by_motors: Sequence[Mask], turned: Sequence[Joint
         options = replace(options, cart_limit=np.finfo(float).max)
         moving = tuple(moving_windows(motion, options) for motion in motions)
         said = ["the cart is driven: its measured acceleration is a known input"]
-    windows = [over_windows(flags, np.ones(WINDOW)) < 0.5 for flags in by_motors]
-    moving = tuple(mask & is_free for mask, is_free in zip(moving, windows, strict=True))
+    free = [over_windows(flags, np.ones(WINDOW)) < 0.5 for flags in by_motors]
+    moving = tuple(mask & is_free for mask, is_free in zip(moving, free, strict=True))
     balance, warnings = check_conventions(replace(recorded, moving=moving), options)
     parts, impulses = find_parts(motions, balance, by_motors, options)
     taken, cuts = choose_parts(parts, options.shortest or motions[0].scales.shortest)
@@ -133,8 +133,7 @@ def _found(recorded: Recorded, by_motors: Sequence[Mask], turned: Sequence[Joint
             f"{warnings[0]}: {lasts:.2f} s of {parts[-1].stop:.2f} s; record a longer swing, or take the part without "
             f"the hand by {options.called('start')} and {options.called('stop')}; {options.insist}"
         )
-    is_free = options.input != "joints"
-    if is_free and balance and balance.lumped.is_mechanism and (gain := _gain(motions, balance, taken)):
+    if balance and options.input != "joints" and (gain := _gain(motions, balance, taken)):
         if options.conventions == "refuse":
             raise OtherMotionError(f"{gain}; {options.insist}")
         warnings = [*warnings, gain]
@@ -145,8 +144,11 @@ def _found(recorded: Recorded, by_motors: Sequence[Mask], turned: Sequence[Joint
 
 
 def _gain(motions: Sequence[Motion], balance: Balance, parts: Sequence[Part]) -> str:
-    """Say that rods gain energy in free parts, which no effect gives them; empty where it is less than half of all."""
-    for part in parts:
+    """Say that rods gain energy in free parts, which no effect gives them; empty where it is less than half of all.
+
+    Nothing speaks against what holds up to noise.
+    """
+    for part in parts if balance.lumped.is_mechanism and balance.lumped.beyond > SOME else ():
         motion = in_model_angles(motions[part.motion], balance.meaning)
         inside = (motion.time >= part.start) & (motion.time <= part.stop)
         time, total = motion.time[inside], energy(motion, balance.lumped.values)[inside]
@@ -239,7 +241,9 @@ def find_parts(
         causes[at_rest(motion, options.rest_amplitude)] = REST
         if balance and len(motion.time) >= WINDOW:
             noise = _NOISE * balance.lumped.spread
-            acting = np.where(motion.is_whole, torques(balance.windows[i], balance.lumped.values), 0.0)
+            whole, parted = motion.is_whole, motion.parted(motion.is_whole)
+            balanced = (windows(in_model_angles(part, balance.meaning)) for part, _ in parted)
+            acting = np.concatenate([torques(of, balance.lumped.values) for of in balanced]) * whole
             hand, impulses = _lasting(acting > max(options.hand_torque, noise))
             # A hand that lets go gently, or catches so, pushes less at first: its traces next to it are its own.
             traces = acting > max(_TRACE * options.hand_torque, noise)

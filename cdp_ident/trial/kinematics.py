@@ -100,14 +100,16 @@ def fourth_differences(time: Array, values: Array, apart: int = 1) -> Array:
     standard deviation 1 gives 1.
     """
     count, places = len(time) - apart * (SAMPLES - 1), apart * np.arange(SAMPLES)
-    stamps = np.stack([time[k : k + count] for k in places], axis=1)
-    later = stamps[:, :, None] - stamps[:, None, :]
-    later[:, range(SAMPLES), range(SAMPLES)] = 1.0
-    weights = 1.0 / later.prod(axis=2)
-    weights /= np.linalg.norm(weights, axis=1, keepdims=True)
-    columns = values.reshape(len(time), -1)
-    differences = sum(weights[:, k, None] * columns[at : at + count] for k, at in enumerate(places))
-    return np.asarray(differences).reshape(count, *values.shape[1:])
+    columns, stamps = values.reshape(len(time), -1), [time[at : at + count] for at in places]
+    squares, differences = np.zeros(count), np.zeros((count, columns.shape[1]))
+    for k, at in enumerate(places):
+        weights = np.ones(count)
+        for other in {*range(SAMPLES)} - {k}:
+            weights /= stamps[k] - stamps[other]
+        squares += weights**2
+        differences += weights[:, None] * columns[at : at + count]
+    differences /= np.sqrt(squares)[:, None]
+    return differences.reshape(count, *values.shape[1:])
 
 
 def encoder_step(angles: Array) -> float:

@@ -19,7 +19,8 @@ from cdp_ident.trial.balance import Motion, Windows, joined, windows
 from cdp_ident.trial.joints import model_angles
 from cdp_ident.trial.lumped import Lumped, fit_lumped, gravity_directions
 from cdp_ident.trial.options import OuterAngle, TrialOptions
-from cdp_ident.trial.recorded_motion import Recorded
+from cdp_ident.trial.recorded_motion import Recorded, on_grid
+from cdp_ident.trial.scales import Scales
 
 GOOD = 0.02
 """Up to this unexplained share of the acceleration, there is no evidence against a meaning."""
@@ -60,10 +61,8 @@ class Balance:
     """The balance of forces in a recording, under one meaning of its angles."""
 
     meaning: TrialOptions
-    windows: tuple[Windows, ...]
-    """Of each motion."""
     trusted: Windows
-    """Those of all motions that show it well."""
+    """The windows of all motions that show it well."""
     lumped: Lumped
 
     @property
@@ -91,9 +90,8 @@ def balance_of(recorded: Recorded, meaning: TrialOptions) -> Balance | None:
     """Return the balance of forces under a meaning; None with too little motion."""
     if sum(map(np.count_nonzero, recorded.moving)) < _FEWEST_WINDOWS:
         return None
-    parts = [windows(in_model_angles(motion, meaning)) for motion in recorded.motions]
-    trusted = joined(parts)[np.concatenate(recorded.moving)]
-    return Balance(meaning, tuple(parts), trusted, fit_lumped(trusted, meaning.input == "joints"))
+    trusted = joined([windows(in_model_angles(part, meaning))[moving] for part, moving in recorded.moving_parts])
+    return Balance(meaning, trusted, fit_lumped(trusted, meaning.input == "joints"))
 
 
 def outer_meanings(recorded: Recorded, options: TrialOptions) -> list[Balance]:
@@ -187,9 +185,20 @@ def _best_scale(
         other = tried(choice, logarithm)
         return other.lumped.misfit if other else np.inf
 
+    def explains(other: Balance) -> bool:
+        return explains_more(other, least, beyond) and other.lumped.unexplained <= _EXPLAINED
+
     likely = [tried(choice, logarithm) for choice in range(len(choices)) for logarithm in np.log(_LIKELY)]
-    explaining = [other for other in likely if other and explains_more(other, least, beyond)]
-    explaining = [other for other in explaining if other.lumped.unexplained <= _EXPLAINED]
+    explaining = [other for other in likely if other and explains(other)]
+    nearest = min(filter(None, likely), key=lambda other: other.lumped.misfit, default=None)
+    if nearest and not explaining:
+        # By readings so far off, the motion is faster or slower than it is.
+        longest = max(recorded.pieces, key=lambda piece: len(piece.time))
+        angles = model_angles(longest.samples.angles, nearest.meaning)
+        slower = on_grid(recorded, Scales.of(longest.time, angles), options)
+        again = _possible(balance_of(slower, nearest.meaning))
+        if again and explains(again):
+            return again
     if explaining:
         most = min(other.lumped.misfit for other in explaining) / MUCH_BETTER
         # A small swing cannot tell these apart, but what rods are like can.

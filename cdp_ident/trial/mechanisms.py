@@ -185,8 +185,8 @@ def _of_speed(points: Array, speeds: Array) -> Pendulum | None:
 
 def pendulum_of(recorded: Recorded, place: int) -> Pendulum | None:
     """Return the pendulum of which one of two recorded columns looks like the angle; None where it does not."""
-    parts = zip(recorded.motions, recorded.moving, strict=True)
-    rows = np.concatenate([_terms(motion, place)[moving] for motion, moving in parts])
+    parts = (_terms(part, place)[moving] for part, moving in recorded.moving_parts)
+    rows = np.concatenate([np.empty((0, max(_PIVOTS.values()))), *parts])
     of_angle, of_pivot = recorded.motions[0].gain * recorded.motions[0].angle_noise[[place, 1 - place]] ** 2
     left = {
         pivot: _left(rows[:, :terms], lambda of: float(of_angle + of_pivot * np.sum(of[5:7] ** 2)))

@@ -44,6 +44,7 @@ _BLOCK = 64
 """The noise is that of so many samples, or of their neighbours where it is more: it may change with the motion."""
 _FINEST = 5e-5
 """Noise counts for no less [rad or m]: a fine encoder that is read unevenly errs by a count now and then."""
+_AT_ONCE = 1 << 12
 _RIDGE = 1e-12
 """Added to the normal equations over times from -1 to 1, which are singular where all but a few samples coincide."""
 _NEIGHBOURS = 5.5
@@ -89,20 +90,28 @@ def steps(time: Array, values: Array) -> Array:
     if len(time) < size + SAMPLES:
         return sizes
     noise, suspect = _noise(time, values, None)
-    at = np.flatnonzero(suspect[_BESIDE : len(time) - _BESIDE]) + _BESIDE
-    index = at[:, None] + np.arange(-_BESIDE, _BESIDE)
-    begin, end = time[index[:, :1]], time[index[:, -1:]]
-    is_after = np.broadcast_to(np.arange(size) >= _BESIDE, index.shape)
-    basis = np.concatenate([polyvander((2.0 * time[index] - begin - end) / (end - begin), 3), is_after[..., None]], 2)
-    transposed = basis.transpose(0, 2, 1)
-    covariance = np.linalg.inv(transposed @ basis + _RIDGE * np.eye(5))
-    factors = covariance @ transposed @ values[index][..., None]
-    left = values[index] - (basis @ factors)[..., 0]
-    scatter = np.sqrt(np.sum(left**2, axis=1) / (size - 5))
-    sizes[at] = factors[:, 4, 0]
-    studentized[at] = np.abs(sizes[at]) / (np.maximum(scatter, noise[at]) * np.sqrt(covariance[:, 4, 4]))
+    places = np.flatnonzero(suspect[_BESIDE : len(time) - _BESIDE]) + _BESIDE
+    for at in _few(places):
+        index = at[:, None] + np.arange(-_BESIDE, _BESIDE)
+        begin, end = time[index[:, :1]], time[index[:, -1:]]
+        is_after = np.broadcast_to(np.arange(size) >= _BESIDE, index.shape)
+        basis = np.concatenate(
+            [polyvander((2.0 * time[index] - begin - end) / (end - begin), 3), is_after[..., None]], 2
+        )
+        transposed = basis.transpose(0, 2, 1)
+        covariance = np.linalg.inv(transposed @ basis + _RIDGE * np.eye(5))
+        factors = covariance @ transposed @ values[index][..., None]
+        left = values[index] - (basis @ factors)[..., 0]
+        scatter = np.sqrt(np.sum(left**2, axis=1) / (size - 5))
+        sizes[at] = factors[:, 4, 0]
+        studentized[at] = np.abs(sizes[at]) / (np.maximum(scatter, noise[at]) * np.sqrt(covariance[:, 4, 4]))
     is_step = (studentized > _LIMIT) & (studentized == maximum_filter1d(studentized, 2 * size + 1))
     return np.where(is_step, sizes, 0.0)
+
+
+def _few(places: Indices) -> list[Indices]:
+    """Part places into so few at once that what is computed of each takes little memory."""
+    return np.array_split(places, 1 + len(places) // _AT_ONCE)
 
 
 def _among_neighbours(time: Array, values: Array, period: float | None, part: Indices, look: Mask) -> Mask:
@@ -119,7 +128,9 @@ def _among_neighbours(time: Array, values: Array, period: float | None, part: In
     for places in _SETS:
         starts = np.flatnonzero(suspect & (end - first > 2 * _BESIDE + places[-1]))
         starts = starts[starts + places[-1] < end[starts]]
-        least = _least_residuals(time, values, period, noise, starts, places, first[starts], end[starts])
+        least = np.concatenate(
+            [_least_residuals(time, values, period, noise, of, places, first[of], end[of]) for of in _few(starts)]
+        )
         if np.any(least > _LIMIT):
             residuals = np.zeros(len(time))
             residuals[starts] = least

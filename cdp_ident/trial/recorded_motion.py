@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """From samples as they came to the motion in them, before anything is known of what its angles mean."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import reduce
 
 import numpy as np
 from scipy import ndimage
@@ -36,6 +38,8 @@ _FAST = 0.4
 """Share of the typical speed at which the rods show what moves them."""
 _TURNING = 0.15
 """Share of the typical speed at which a joint cannot be said to stick."""
+_MOST_WINDOWS = 1 << 15
+"""Of more, which show it well, only some are taken, for neighbours overlap."""
 _FEWEST = 5 * PER_UNIT
 """Windows without a joint that sticks, below which the others are taken too."""
 
@@ -54,6 +58,13 @@ class Recorded:
     """What was dropped and parted, in words."""
     outliers: tuple[float, ...] = ()
     """Times since the recording's first sample at which outliers were left out [s]."""
+
+    @property
+    def moving_parts(self) -> Iterator[tuple[Motion, Mask]]:
+        """Parts of the motions, and their windows that show it well, of which each part has some."""
+        motions = zip(self.motions, self.moving, strict=True)
+        parts = (part for motion, moving in motions for part in motion.parted(moving))
+        return ((part, moving) for part, moving in parts if np.any(moving))
 
 
 def recorded_motion(samples: Samples, options: TrialOptions) -> Recorded:
@@ -88,7 +99,6 @@ def recorded_motion(samples: Samples, options: TrialOptions) -> Recorded:
             f"{len(time)} samples over {length:.2f} s hold no stretch of {shortest:.3g} s with {rules}; "
             f"{'; '.join(notes) or 'the recording is too short'}"
         )
-    measured = []
     for number, piece in enumerate(pieces):
         stepped = np.column_stack([steps(piece.time, angle) for angle in piece.samples.angles.T])
         zeroed = np.any(np.abs(stepped) > _ANOTHER_ZERO, axis=1, keepdims=True)
@@ -103,12 +113,21 @@ def recorded_motion(samples: Samples, options: TrialOptions) -> Recorded:
                     notes.append(f"readings of the {joint} joint step by {', '.join(shown)}{more} {words}")
         angles = piece.samples.angles - np.cumsum(stepped * zeroed, axis=0)
         pieces[number] = replace(piece, samples=replace(piece.samples, angles=angles))
+    recorded = Recorded(tuple(pieces), (), (), tuple(notes), tuple(outlying.tolist()))
+    return on_grid(recorded, scales, options)
+
+
+def on_grid(recorded: Recorded, scales: Scales, options: TrialOptions) -> Recorded:
+    """Return a recording with the motion of its pieces at some scales."""
+    motions: list[Motion] = []
+    for time, of in ((piece.time, piece.samples) for piece in recorded.pieces):
         # What the angles mean and what acts on the rods is that of the motion, not of its readings.
-        angles = piece.samples.angles - np.cumsum(stepped, axis=0)
-        measured.append((piece.time, replace(piece.samples, angles=angles)))
-    motions = tuple(motion_on_grid(time, of.angles, of.cart, scales, of.torques) for time, of in measured)
-    moving = tuple(moving_windows(motion, options) for motion in motions)
-    return Recorded(tuple(pieces), motions, moving, tuple(notes), tuple(outlying.tolist()))
+        angles = of.angles - np.cumsum(np.column_stack([steps(time, angle) for angle in of.angles.T]), axis=0)
+        motions.append(motion_on_grid(time, angles, of.cart, scales, of.torques))
+    moving = [moving_windows(motion, options) for motion in motions]
+    apart = 1 + sum(map(np.count_nonzero, moving)) // _MOST_WINDOWS
+    moving = [mask & (np.arange(len(mask)) % apart == 0) for mask in moving]
+    return replace(recorded, motions=tuple(motions), moving=tuple(moving))
 
 
 def clean(samples: Samples, start: float = 0.0, stop: float = np.inf) -> tuple[Piece, Array, list[str]]:
@@ -172,9 +191,8 @@ def at_rest(motion: Motion, amplitude: float) -> Mask:
     deviation = motion.angles - np.median(motion.angles, axis=0)
     width = min(_REST_WINDOW, len(deviation))
     mean = np.ones(width) / width
-    moments = [np.convolve(values, mean, mode="valid") for values in (*deviation.T, *(deviation**2).T)]
-    variance: Array = np.maximum(moments[2] - moments[0] ** 2, moments[3] - moments[1] ** 2)
-    return covered(variance <= amplitude**2, width)
+    inner, outer = (np.convolve(of**2, mean, "valid") - np.convolve(of, mean, "valid") ** 2 for of in deviation.T)
+    return covered(np.maximum(inner, outer) <= amplitude**2, width)
 
 
 def cart_driven(motion: Motion, limit: float) -> Mask:
@@ -200,7 +218,7 @@ def moving_windows(motion: Motion, options: TrialOptions) -> Mask:
     inner, outer = motion.rates.T
     # Whichever way the outer angle is meant, one of these is the speed of its joint.
     rates = (inner, outer, outer - inner, outer + inner)
-    slowest = np.min([over_windows(rate**2, np.ones(WINDOW) / WINDOW) for rate in rates], axis=0)
+    slowest = reduce(np.minimum, (over_windows(rate**2, np.ones(WINDOW) / WINDOW) for rate in rates))
     lively = slowest > (_TURNING * typical) ** 2
     for well in (moving & motion.is_whole & lively, moving & motion.is_whole):
         if np.count_nonzero(well) >= _FEWEST:

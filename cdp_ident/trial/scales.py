@@ -57,8 +57,9 @@ def time_scale(time: Array, angles: Array) -> float:
     segment = min(len(even), _SEGMENT)
     hann = 0.5 - 0.5 * np.cos(2.0 * np.pi / segment * np.arange(segment))
     parts = np.lib.stride_tricks.sliding_window_view(signals, segment, axis=0)[:: segment - segment // 2]
-    amplitudes = np.fft.rfft((parts - parts.mean(axis=-1, keepdims=True)) * hann)
-    power = np.mean(np.abs(amplitudes) ** 2, axis=0).sum(axis=0)
+    power = np.zeros(segment // 2 + 1)
+    for part in parts:  # all at once take several times the memory of the signals
+        power += np.sum(np.abs(np.fft.rfft((part - part.mean(axis=-1, keepdims=True)) * hann)) ** 2, axis=0)
     frequency = np.fft.rfftfreq(segment, spacing)
     noise = np.median(power[int(_NOISE_BAND * len(power)) :])
     of_speed = np.cumsum(np.where(power > _ABOVE_NOISE * noise, frequency**2 * (power - noise), 0.0))

@@ -228,10 +228,12 @@ def test_files_of_other_kinds_get_the_line_that_converts_them(tmp_path, content,
     [
         ("1,2\n" * 20_000 + 5000 * "," + "\n", 4.0),
         ("1,2\n" * 20_000 + 200_000 * "," + "\n", 4.0),
+        ("a,b,c\n" + "1," * 30_000 + "1\n" + "1,2,3\n" * 70_000, 12.0),
+        ("a,b,c\n" + ("1," * 30_000 + "1\n") * 2 + "1,2\n" * 70_000, 12.0),
         ("0.005,1.234567,-2.345678\n" * 40_000, 5.0),
         ("1," * 500_000, 4.0),
     ],
-    ids=["a wide row", "a wider row", "ordinary rows", "one line"],
+    ids=["a wide row", "a wider row", "a wide row at first", "two wide rows at first", "ordinary rows", "one line"],
 )
 def test_memory_is_a_small_multiple_of_the_file(tmp_path, text, most):
     tracemalloc.start()

@@ -4,6 +4,7 @@
 
 import hashlib
 import os
+import re
 import sqlite3
 import struct
 from dataclasses import replace
@@ -295,11 +296,32 @@ def test_files_that_the_metadata_do_not_name_are_not_read_and_those_that_are_not
     assert "other_0.mcap" in unnamed
 
 
-def test_metadata_that_name_no_file_that_is_there_are_of_a_bag_whose_files_were_renamed(tmp_path):
-    fill(tmp_path / "swing")
-    names = "relative_file_paths: [before_0.mcap]"
-    (tmp_path / "swing" / "metadata.yaml").write_text(f"rosbag2_bagfile_information: {{{names}}}")
-    expect_all(read_joint_states(tmp_path / "swing", "joint_states"))
+@pytest.mark.parametrize(
+    ("named", "place", "note"),
+    [
+        ("before_0.mcap", "swing_0.mcap", "no file that metadata.yaml names is there .*: read is swing_0.mcap"),
+        ("parts/swing_0.mcap", "swing_0.mcap", ""),
+        ("parts/swing_0.mcap", "parts/swing_0.mcap", ""),
+        ("/tmp/of/the/robot/swing_0.mcap", "swing_0.mcap", ""),
+    ],
+)
+def test_metadata_may_name_files_as_they_were_or_in_a_folder(tmp_path, named, place, note):
+    fill(bag := tmp_path / "swing")
+    (bag / place).parent.mkdir(exist_ok=True)
+    (bag / "swing_0.mcap").rename(bag / place)
+    (bag / "metadata.yaml").write_text(f"rosbag2_bagfile_information: {{relative_file_paths: [{named}]}}")
+    recording = read_joint_states(bag, "joint_states")
+    assert re.fullmatch(note, "; ".join(recording.notes))
+    expect_all(replace(recording, notes=()))
+
+
+def test_files_outside_a_bag_are_not_read_whatever_its_metadata_name(tmp_path):
+    fill(tmp_path / "other")
+    (bag := tmp_path / "swing").mkdir()
+    for named in ("../other/other_0.mcap", tmp_path / "other" / "other_0.mcap"):
+        (bag / "metadata.yaml").write_text(f"rosbag2_bagfile_information: {{relative_file_paths: ['{named}']}}")
+        with pytest.raises(BagError, match=r"holds no \.mcap"):
+            read_joint_states(bag, "joint_states")
 
 
 def test_names_of_topics_are_shown_without_what_commands_a_terminal(tmp_path):

@@ -2,19 +2,22 @@
 # SPDX-License-Identifier: Apache-2.0
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from cdp_ident.bag.reader import read_joint_states
 from cdp_ident.errors import TrialError
 from cdp_ident.model.parameters import NOMINAL
-from cdp_ident.trial.balance import motion_on_grid
 from cdp_ident.trial.conventions import check_conventions, gravity_of, in_right_ranges
 from cdp_ident.trial.find import find_trial
 from cdp_ident.trial.joints import Samples, model_angles
 from cdp_ident.trial.options import UNITS, TrialOptions
-from cdp_ident.trial.recorded_motion import Recorded, moving_windows
+from cdp_ident.trial.recorded_motion import recorded_motion
 from reference.pendulum import TABLE_5, motion
+
+BAGS = Path(__file__).parents[2] / "bags"
 
 
 @pytest.fixture(scope="module")
@@ -26,8 +29,7 @@ def swing(recording):
 def check(made, change=lambda joints: joints, **options):
     options = TrialOptions(**options)
     joints = change(made.joints())
-    motion = motion_on_grid(np.arange(len(joints)) / made.rate, joints, None)
-    return check_conventions(Recorded((), (motion,), (moving_windows(motion, options),)), options)
+    return check_conventions(recorded_motion(Samples(made.stamps(), joints, None), options), options)
 
 
 def test_right_conventions_pass_without_a_word(swing):
@@ -189,6 +191,16 @@ def read_as(samples, inner, outer):
 def test_counts_that_are_wrong_are_refused_with_the_factor_on_what_is_set(samples, factors, options, message):
     with pytest.raises(TrialError, match=f"{message}.*check the counts per turn, or set that"):
         find_trial(read_as(samples, *factors), TrialOptions(**options))
+
+
+@pytest.mark.parametrize("factor", [0.25, 0.5, 2.0, 4.0])
+@pytest.mark.parametrize("bag", ["swing_check", "swing_folded", "swing_wide"])
+def test_edges_that_are_counted_or_not_are_told_of_an_encoder_whatever_the_motion(bag, factor):
+    recording = read_joint_states(BAGS / bag, "joint_states")
+    angles = recording.positions[:, [recording.joints.index(joint) for joint in ("inner_joint", "outer_joint")]]
+    wrong = read_as(Samples(recording.stamps, angles, None), factor, factor)
+    with pytest.raises(TrialError, match=rf"inner_scale: {factor:g} and outer_scale: {factor:g} .*leaves 0\.0%"):
+        find_trial(wrong, TrialOptions())
 
 
 def test_readings_that_are_right_at_zero_are_told_from_those_that_are_right_where_the_rods_hang(samples):

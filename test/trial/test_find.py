@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is not a free double pendulum's motion is said, and free swings are taken whatever their motors measure."""
 
+import contextlib
+import tracemalloc
 from dataclasses import replace
 from functools import cache
 
@@ -309,6 +311,18 @@ def test_what_is_free_after_motors_let_go_is_taken():
     assert found.trial.start + found.trial.duration > 9.9
     assert "motors drive the joints" in "; ".join(found.trial.notes)
     assert found.balance.lumped.values[[0, 1, 4, 5]] == pytest.approx([A23, A33, G1, G2], rel=0.02)
+
+
+def test_a_long_recording_takes_little_memory():
+    angles = np.tile(double_pendulum(), (60, 1))
+    angles = angles + 1e-3 * np.random.default_rng(1).normal(size=angles.shape)
+    recorded = Samples(np.arange(len(angles)) * round(STEP * 1e9), angles, None)
+    tracemalloc.start()
+    with contextlib.suppress(TrialError):
+        find_trial(recorded, HANGING)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 60e6 + 400 * len(angles)
 
 
 def test_the_longest_free_part_is_taken_and_everything_else_told():
