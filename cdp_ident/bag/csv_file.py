@@ -68,6 +68,7 @@ _DATE = re.compile(
     r"(?:Z|([+-]\d\d):?(\d\d))?",
     re.IGNORECASE,
 )
+_BASIC_DATE = re.compile(r"(\d{4})(\d\d)(\d\d)[T ](\d\d)(\d\d)(\d\d)(?!\d)")
 
 
 @dataclass(frozen=True)
@@ -127,7 +128,8 @@ def read_table(path: Path, delimiter: str | None = None, decimal: str | None = N
     Without a `delimiter`, and without a `decimal` sign, they are those with which most of the first cells are numbers;
     several blanks count as one. Titles, and a line of units under them, are found before the first numbers, also
     behind a comment sign (# % !). Other lines there, and comments later, are skipped; later lines of words, such as a
-    second header, are counted, too, as is one row of numbers before titles. A word among numbers is a missing reading,
+    second header, are counted, too, as is one row of numbers before titles. Behind titles that stand there again in
+    another order, columns are taken in that. A word among numbers is a missing reading,
     unless it has digits. Dates and times of day are numbers: seconds, since 1970 or midnight. What
     `ros2 topic echo --csv` writes of joint states has the joints' names as titles.
 
@@ -147,13 +149,18 @@ def read_table(path: Path, delimiter: str | None = None, decimal: str | None = N
         raise _no_numbers_in(path, looked_at)
     before, units = list[Line](), list[str]()
     values, no_numbers, stray, missing, first = array("d"), dict[int, tuple[int, str]](), list[Line](), list[Line](), 0
+    titles, where, turned, order = tuple[Title, ...](), 0, list[str](), [*range(form.width)]
+    as_titled = order
     for number, line in _lines(path, text):
         is_comment = line[0] in _COMMENTS
         cells = [] if is_comment else _cells_of(line, form.delimiter)
+        if order is not as_titled and len(cells) == form.width:
+            cells = [cells[place] for place in order]
         row, others = form.row(cells)
         if (first or len(cells) == form.width) and not is_comment and (not others or form.is_data(others, not first)):
             if not first:
                 first, units = number, [_unit_behind(cell) for cell in cells]
+                titles, where = _titles(before, form.delimiter, units)
             values.extend(row)
             for place, cell in others.items():
                 if cell and place in form.numeric and not any(map(str.isdigit, cell)):
@@ -162,8 +169,13 @@ def read_table(path: Path, delimiter: str | None = None, decimal: str | None = N
                     no_numbers.setdefault(place, (number, cell))
         elif not first:
             before = [*before[1 - _LOOKED_AT :], (number, line)]
+        elif again := _again(path, (number, line), titles, (where, dict(before).get(where, "")), form.delimiter):
+            if again != [*order]:
+                turned.append(f"from line {number} on, columns are taken in the order that it tells")
+            order = again
+            stray += [] if is_comment else [(number, line)]
         elif not is_comment:
-            if not stray and len(values) == form.width and not _titles(before, form.delimiter, units)[1]:
+            if not stray and len(values) == form.width and not where:
                 # Titles may follow: the one row was of numbers in a preamble.
                 stray.append((first, " ".join(map(str, values))))
                 before.append((number, line))
@@ -177,7 +189,6 @@ def read_table(path: Path, delimiter: str | None = None, decimal: str | None = N
     if not first:
         raise _no_numbers_in(path, before)
     table = np.frombuffer(values).reshape(-1, form.width)
-    titles, where = _titles(before, form.delimiter, units)
     titles = titles if where else titles_of_echo(table[:1000], no_numbers) or titles
     if keys and len(keys) + 1 == form.width:
         titles = tuple(map(Title.of, ("", *keys)))
@@ -189,7 +200,7 @@ def read_table(path: Path, delimiter: str | None = None, decimal: str | None = N
     )
     told = (("lines that are no rows are left out", stray), ("words in place of numbers are missing readings", missing))
     notes = [f"{what}: {len(of)}, first line {of[0][0]}, {shown(of[0][1], 60)!r}" for what, of in told if of]
-    return Table(path, titles, table, written, no_numbers, tuple(notes))
+    return Table(path, titles, table, written, no_numbers, (*notes, *turned))
 
 
 def _text(path: Path) -> str:
@@ -250,6 +261,28 @@ def _titles(before: Sequence[Line], delimiter: str, units: list[str]) -> tuple[t
         titles = (Title.of(cell, unit) for cell, unit in zip(cells, units, strict=True))
         return tuple(titles), number
     return tuple(Title.of("", unit) for unit in units), 0
+
+
+def _again(path: Path, line: Line, titles: Sequence[Title], header: Line, delimiter: str) -> list[int]:
+    """Return in which order columns stand behind a later line of titles; none where the line has no titles.
+
+    `titles` are those of a line before the numbers, the `header`. Raises BagError where there are others, or units.
+    """
+    number, text = line
+    cells = _cells_of(re.sub(rf"^[{_COMMENTS}]+\s*", "", text), delimiter)
+    if text == header[1]:
+        return [*range(len(titles))]
+    texts = [title.text for title in titles]
+    if sorted(cells) == sorted({*texts}):
+        return [cells.index(text) for text in texts]
+    if not any(texts) or any(_number_of(cell, ".") is not None for cell in cells):
+        return []
+    here, known = [Title.of(cell) for cell in cells], {title.key for title in titles if title.key}
+    other_units = all(map(is_unit, cells)) and [Title.of("", cell).unit for cell in cells] != [of.unit for of in titles]
+    if other_units or 2 * sum(title.key in known for title in here) >= len(here):
+        what = f"line {number} has other titles than line {header[0]}: {shown(text, 60)!r}"
+        raise BagError(f"{path}, {what}; part the file there")
+    return []
 
 
 def _title_cells(line: str, delimiter: str, width: int) -> list[str] | None:
@@ -358,7 +391,7 @@ def _number_of(cell: str, decimal: str) -> float | None:
     try:
         return float(number)
     except ValueError:
-        if ":" in cell:
+        if ":" in (cell := _BASIC_DATE.sub(r"\1-\2-\3T\4:\5:\6", cell)):
             return _seconds(cell)
     return _number_of(cell.removesuffix(unit).rstrip(), decimal) if (unit := _unit_behind(cell)) else None
 

@@ -169,12 +169,44 @@ def test_what_a_device_says_when_it_starts_is_no_title(tmp_path):
         ("00:55.005", "00:56.0", 55.005),
         ("2024-05-31T12:00:00.005000123Z", "2024-05-31T12:00:01Z", 1717156800.005),
         ("12:00:00.005", "12:00:01", 43200.005),
+        ("20240531T120000.005Z", "20240531T120001Z", 1717156800.005),
+        ("20240531T140000.005+0200", "20240531T140001+02:00", 1717156800.005),
     ],
 )
 def test_dates_and_times_of_day_are_seconds(tmp_path, first, second, seconds):
     (start, _), (stop, _) = read(tmp_path, f"t,a\n{first},1\n{second},2\n")
     assert start == pytest.approx(seconds, abs=1e-6)
     assert stop == pytest.approx(seconds + 0.995, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("beginning", "again", "row"),
+    [
+        ("t,a,b\n", "t,a,b\n", "0.2,5,6"),
+        ("t,a,b\n", "t,b,a\n", "0.2,6,5"),
+        ("t,a,b\n", "# t,b,a\n", "0.2,6,5"),
+        ("t,a [rad],b [deg]\n", "b [deg],t,a [rad]\n", "6,0.2,5"),
+        ("t,a,b\ns,rad,rad\n", "s,rad,rad\n", "0.2,5,6"),
+        ("t,a,b\n", "paused,by,hand\n", "0.2,5,6"),
+        ("t,a,b\n", "t,b,a\n0.2,6,5\nt,a,b\n", "0.3,7,8"),
+    ],
+)
+def test_columns_are_those_of_the_last_titles(tmp_path, beginning, again, row):
+    found = table(tmp_path, f"{beginning}0.0,1,2\n0.1,3,4\n{again}{row}\n")
+    assert found.values[:3].tolist() == [[0.0, 1.0, 2.0], [0.1, 3.0, 4.0], [0.2, 5.0, 6.0]]
+    assert found.values[3:].tolist() in ([], [[0.3, 7.0, 8.0]])
+    assert any("in the order that it tells" in note for note in found.notes) == ("b,a" in again or "b [deg],t" in again)
+
+
+@pytest.mark.parametrize("again", ["t,a [deg],b", "t,b,c", "t,a,c,b", "t,b", "# t,a [deg],b"])
+def test_other_titles_between_rows_are_refused_with_their_line(tmp_path, again):
+    with pytest.raises(BagError, match=r"line 4 has other titles than line 1: .*part the file there"):
+        read(tmp_path, f"t,a [rad],b [rad]\n0.0,1,2\n0.1,3,4\n{again}\n0.2,5,6\n")
+
+
+def test_other_units_between_rows_are_refused_with_their_line(tmp_path):
+    with pytest.raises(BagError, match="line 5 has other titles"):
+        read(tmp_path, "t,a,b\ns,rad,rad\n0.0,1,2\n0.1,3,4\ns,deg,deg\n0.2,5,6\n")
 
 
 def test_no_date_is_a_word(tmp_path):
