@@ -49,10 +49,10 @@ class _Loader(yaml.SafeLoader):
 
 
 def _refuse_a_key_that_stands_twice(mapping: yaml.MappingNode) -> None:
-    """Raise MarkedYAMLError where one key hides another one, `a.b: 1` that of `a: {b: 2}`, too."""
+    """Raise MarkedYAMLError where one key hides another one, `a.b: 1` or `/a/b: 1` that of `a: {b: 2}`, too."""
     lines = dict[tuple[str, str], int]()
     for key, name in _keys(mapping):
-        place, line = (key.tag, name), key.start_mark.line + 1
+        place, line = (key.tag, name.strip("/").replace("/", ".")), key.start_mark.line + 1
         if place in lines:
             problem = f"{name!r} stands twice, in line {lines[place]} and in line {line}: keep one"
             raise yaml.MarkedYAMLError(problem=problem, problem_mark=key.start_mark)

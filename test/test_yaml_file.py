@@ -50,7 +50,7 @@ PLACES = {
 @pytest.mark.parametrize(
     ("text", "lines"),
     [
-        ("identify: {ros__parameters: {L: 0.3}}\n/identify: {}\nidentify: {ros__parameters: {g: 9.8}}\n", (1, 3)),
+        ("identify: {ros__parameters: {L: 0.3}}\n/driver: {}\nidentify: {ros__parameters: {g: 9.8}}\n", (1, 3)),
         ("/**:\n  ros__parameters:\n    L: 0.3\n    L: 0.4\n", (3, 4)),
         ("{a: 1, a: 2}", (1, 1)),
         ("identify:\n  nominal.m1: 0.1\n  nominal: {m1: 0.2}\n", (2, 3)),

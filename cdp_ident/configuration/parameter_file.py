@@ -55,11 +55,11 @@ def read_parameter_file(path: Path, node: str) -> ParameterFile:
     """Return what a ROS parameter file holds for a node, given by its fully qualified name (`identify`: `/identify`).
 
     Keys are matched as ROS does: `*` stands for one part of a name, `**` for any number of them, and namespaces may be
-    nested.
+    nested. To a bare name, as a command's that has no namespace, the one node of that name is meant, in whichever.
 
     Raises:
         NoSectionError: none of its keys is for the node.
-        OptionError: the file cannot be read, or is not YAML.
+        OptionError: the file cannot be read, is not YAML, or has several nodes that may be meant.
     """
     try:
         content = read_yaml(path)
@@ -69,6 +69,11 @@ def read_parameter_file(path: Path, node: str) -> ParameterFile:
         raise OptionError(f"{path} is not YAML: {error}") from error
     full = f"/{node.strip('/')}"
     sections = list(_sections(content, "")) if isinstance(content, dict) else []
+    in_namespaces = [key for key, _ in sections if key.endswith(full) and "*" not in key]
+    if node != full and in_namespaces and full not in in_namespaces:
+        if len(in_namespaces) > 1:
+            raise OptionError(f"{path} is for several nodes: {shown(', '.join(in_namespaces))}: keep one of them")
+        full = in_namespaces[0]
     if not any(_matches(key, full) for key, _ in sections):
         keys = shown(", ".join(key for key, _ in sections)) or "none"
         raise NoSectionError(

@@ -50,6 +50,42 @@ def test_keys_for_other_namespaces_and_names_are_not_for_this_node(read, key):
         read(f"{key}: {{ros__parameters: {{g: 1.0}}}}", "/rig1/identify")
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "/rig1/identify: {ros__parameters: {g: 1.0}}",
+        "rig1: {identify: {ros__parameters: {g: 1.0}}}",
+        "/**: {ros__parameters: {g: 2.0}}\n/rig1/left/identify: {ros__parameters: {g: 1.0}}",
+        "/rig1/identify: {ros__parameters: {g: 2.0}}\nidentify: {ros__parameters: {g: 1.0}}",
+    ],
+)
+def test_a_command_takes_what_the_one_node_of_its_name_had_in_a_namespace(read, text):
+    assert read(text).taken() == {"g": 1.0}
+
+
+def test_of_several_namespaces_a_command_takes_none(read):
+    with pytest.raises(OptionError, match="is for several nodes: /rig1/identify, /rig2/identify: keep one"):
+        read("/rig1/identify: {ros__parameters: {g: 1.0}}\nrig2: {identify: {ros__parameters: {g: 2.0}}}")
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "name"),
+    [
+        ("/identify", "identify", "identify"),
+        ("rig1/identify", "/rig1/identify", "/rig1/identify"),
+        ("/rig1/identify/", "/rig1/identify", "/rig1/identify"),
+    ],
+)
+def test_a_node_that_stands_twice_is_refused_with_both_lines(read, one, other, name):
+    with pytest.raises(OptionError, match=f"'{name}' stands twice, in line 1 and in line 2"):
+        read(f"{one}: {{ros__parameters: {{g: 1.0}}}}\n{other}: {{ros__parameters: {{L: 2.0}}}}")
+
+
+def test_a_node_that_stands_twice_is_refused_also_in_a_namespace(read):
+    with pytest.raises(OptionError, match="stands twice, in line 1 and in line 2"):
+        read("rig1: {identify: {ros__parameters: {g: 1.0}}}\n/rig1/identify: {ros__parameters: {L: 2.0}}")
+
+
 def test_of_what_is_for_any_node_only_what_is_known_is_taken(read):
     found = read("/**: {ros__parameters: {g: 2.0, baud: 3}}\nidentify: {ros__parameters: {window: 1.0, gg: 4.0}}")
     assert found.taken({"g", "window"}.__contains__) == {"g": 2.0, "window": 1.0, "gg": 4.0}
