@@ -15,7 +15,7 @@ from cdp_ident.trial.clock import measured_times
 from cdp_ident.trial.options import UNITS, TrialOptions
 from cdp_ident.trial.order import elapsed, in_order, recorded_again
 from cdp_ident.trial.outliers import TURN, outlier_words, outliers
-from cdp_ident.trial.readings import check_publishers, continuous, new_readings, still_publisher
+from cdp_ident.trial.readings import check_publishers, continuous, new_readings, said_again, still_publisher
 
 _WHOLE = np.empty(0, dtype=np.int64)
 _BELIEVED = 1e10
@@ -88,6 +88,10 @@ def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Sam
     notes.append(of_which)
     if np.any(again):
         notes.append(f"{np.count_nonzero(again)} samples that are recorded twice count once")
+    whole = np.flatnonzero(_usable(recording.positions[order][:, columns]).all(axis=1))
+    later, of_relay = said_again(recording.positions[order[whole]][:, columns])
+    order = np.delete(order, whole[later])
+    notes.append(of_relay)
     stamps, positions = recording.stamps[order], recording.positions[order]
     time = elapsed(stamps)
     readings = positions[:, columns]

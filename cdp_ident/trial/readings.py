@@ -58,6 +58,8 @@ _NEARER = 5.0
 _OFTEN = 0.15
 """Share of the samples that do so where there is another motion; spikes are fewer."""
 _NEXT = 4
+_RELAYED = 100
+"""So many samples later at most a second publisher says the same."""
 
 
 def new_readings(readings: Array, known: Mask, turns: Array) -> tuple[Mask, list[str]]:
@@ -289,6 +291,29 @@ def still_publisher(readings: Array, stamps: Indices) -> tuple[Mask, str]:
     shown = " and ".join(f"{position:.4g}" for position in value)
     return still, (
         f"a second publisher that never moves says {shown} on the same topic: its {counts[most]} messages are left out"
+    )
+
+
+def said_again(readings: Array) -> tuple[Mask, str]:
+    """Return which samples (n, 2), in the order of time, say what was measured a little before, and that in words.
+
+    A second publisher or a relay says the same later, with stamps of its own. In the midst of motion, no two samples
+    have the same readings of both joints unless they follow one another; what is often said stands for none, or rests.
+    """
+    again = np.zeros(len(readings), dtype=bool)
+    if not len(readings):
+        return again, ""
+    _, which, counts = np.unique(readings @ [1.0, 1.0j], return_inverse=True, return_counts=True)
+    order = np.argsort(which, kind="stable")
+    before, after = order[:-1], order[1:]
+    again[after[(which[before] == which[after]) & (after - before > 1) & (after - before <= _RELAYED)]] = True
+    moves = np.abs(np.diff(readings, axis=0, prepend=readings[:1]))
+    steps = np.array([encoder_step(column) for column in readings.T])
+    fast = np.any(moves > _FAST * steps, axis=1) & (counts[which] <= _NEXT)
+    if np.count_nonzero(fast) < _FEWEST or np.mean(again[fast]) < _OFTEN:
+        return np.zeros_like(again), ""
+    return again, (
+        f"{np.count_nonzero(again)} samples say later what others said before (a second publisher, a relay?): left out"
     )
 
 

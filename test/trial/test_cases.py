@@ -22,9 +22,12 @@ DRIVEN = CASES.parent / "data" / "dfki_driven"
 COUNT = 2 * np.pi / 8000
 WHOLE = Path(__file__).parents[2] / "bags" / "swing_wide"
 
-pytestmark = pytest.mark.skipif(not CASES.exists(), reason=f"the recordings are not at {CASES}")
+NEEDS_CASES, NEEDS_DRIVEN = (
+    pytest.mark.skipif(not folder.exists(), reason=f"the recordings are not at {folder}") for folder in (CASES, DRIVEN)
+)
 
 
+@NEEDS_CASES
 @pytest.mark.parametrize(
     ("case", "least", "most", "note"),
     [
@@ -47,6 +50,7 @@ def test_a_bag_gives_as_long_a_swing_as_there_is_and_says_what_is_missing(case, 
     assert note in "; ".join(trial.notes)
 
 
+@NEEDS_CASES
 @pytest.mark.parametrize(
     ("case", "note"),
     [
@@ -76,6 +80,7 @@ def test_the_motion_is_that_of_the_bag_that_the_case_was_made_from(case, note):
     assert off(trial) < 0.5e-3
 
 
+@NEEDS_CASES
 @pytest.mark.parametrize(
     ("case", "settings", "whose"),
     [
@@ -92,6 +97,7 @@ def test_degrees_are_named_with_the_settings_that_put_them_right(case, settings,
     assert off(load_trial(CASES / "degrees" / case, TrialOptions(**settings))) < 1e-6
 
 
+@NEEDS_CASES
 @pytest.mark.parametrize(
     ("case", "cause"),
     [
@@ -147,6 +153,21 @@ def test_a_second_publisher_that_hangs_is_left_out_whatever_the_order_of_message
     trial = load_trial(make_bag(stamps[order], both[order]))
     assert off(trial) < 1e-6
     assert trial.duration == pytest.approx(11.87, abs=0.03)
+
+
+@pytest.mark.parametrize(("late", "every"), [(10.0, 1), (15.0, 1), (20.0, 1), (10.3, 1), (10.0, 2), (50.0, 1)])
+def test_what_is_said_again_a_little_later_is_left_out(make_bag, late, every):
+    whole = read_joint_states(WHOLE, "joint_states")
+    positions = whole.positions[:, [whole.joints.index(joint) for joint in ("inner_joint", "outer_joint")]]
+    stamps = np.concatenate([whole.stamps, whole.stamps[::every] + round(1e6 * late)])
+    order = np.argsort(stamps, kind="stable")
+    trial = load_trial(make_bag(stamps[order], np.concatenate([positions, positions[::every]])[order]))
+    assert "say later what others said before (a second publisher, a relay?)" in "; ".join(trial.notes)
+    assert trial.duration == pytest.approx(11.87, abs=0.03)
+    motion = load_trial(WHOLE)
+    same = np.isin(np.round(1e6 * (trial.time + trial.start)), np.round(1e6 * (motion.time + motion.start)))
+    assert np.mean(same) > 0.98
+    assert off(trial) < 0.1e-3
 
 
 def with_changes(make_bag, change):
@@ -206,6 +227,7 @@ def test_a_number_that_often_stands_for_missing_readings_is_none(make_bag, value
     assert f"readings of outer_joint that are {value:g} stand for missing ones" in "; ".join(trial.notes)
 
 
+@NEEDS_CASES
 @pytest.mark.parametrize(("dump", "said"), [("dump_a", ""), ("dump_b", "m1, groups.A23_over_A22, std.m1: results")])
 def test_a_dump_of_identify_s_parameters_is_its_configuration(capsys, dump, said):
     request = Request((), (), None, None, None, CASES / "param_dump" / f"{dump}.yaml", False)
@@ -214,6 +236,7 @@ def test_a_dump_of_identify_s_parameters_is_its_configuration(capsys, dump, said
     assert capsys.readouterr().out.startswith(said)
 
 
+@NEEDS_CASES
 @pytest.mark.parametrize(
     ("file", "columns", "words"),
     [
@@ -235,9 +258,13 @@ def test_what_is_no_free_double_pendulum_is_refused_in_one_line(tmp_path, capsys
 @pytest.mark.parametrize(
     ("file", "columns"),
     [
-        (CASES / "not_a_double_pendulum" / "dfki_C1_driven.csv.gz", []),
-        (DRIVEN / "run1.csv.gz", []),
-        (DRIVEN / "run2.csv.gz", ["--inner", "inner_rad", "--outer", "outer_rad", "--angle-unit", "rad"]),
+        pytest.param(CASES / "not_a_double_pendulum" / "dfki_C1_driven.csv.gz", [], marks=NEEDS_CASES),
+        pytest.param(DRIVEN / "run1.csv.gz", [], marks=NEEDS_DRIVEN),
+        pytest.param(
+            DRIVEN / "run2.csv.gz",
+            ["--inner", "inner_rad", "--outer", "outer_rad", "--angle-unit", "rad"],
+            marks=NEEDS_DRIVEN,
+        ),
     ],
 )
 def test_joints_that_motors_drive_are_taken_with_their_torques(tmp_path, capsys, file, columns):
@@ -249,6 +276,7 @@ def test_joints_that_motors_drive_are_taken_with_their_torques(tmp_path, capsys,
         load_trial(tmp_path / "bag", TrialOptions(input="none"))
 
 
+@NEEDS_DRIVEN
 def test_what_the_angles_of_driven_joints_mean_is_checked(tmp_path, capsys):
     assert import_csv([str(DRIVEN / "run3.csv.gz"), "--out", str(tmp_path / "bag")]) == 2
     assert "set --zero hanging" in capsys.readouterr().err

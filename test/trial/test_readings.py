@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cdp_ident.errors import TrialError
-from cdp_ident.trial.readings import check_publishers, continuous, new_readings, still_publisher
+from cdp_ident.trial.readings import check_publishers, continuous, new_readings, said_again, still_publisher
 
 COUNT = 2 * np.pi / 8000
 TIME = np.arange(2600) * 0.005
@@ -191,3 +191,16 @@ def test_two_that_move_alternate_and_one_does_not():
             check_publishers(two, "/states")
     for one in (MOTION, np.repeat(MOTION, 3, axis=0)):
         check_publishers(one, "/states")
+
+
+@pytest.mark.parametrize("step", [1e-9, COUNT, 2 * np.pi / 400])
+def test_what_a_swing_s_encoders_read_is_not_said_again_though_they_flicker_at_rest(step):
+    moving = np.column_stack([SWING, np.exp(-TIME / 8) * np.cos(9 * TIME)])
+    still = np.random.default_rng(1).integers(0, 2, (4000, 2)) * step
+    readings = np.concatenate([still, np.round(moving / step) * step, still])
+    again, words = said_again(readings)
+    assert (np.any(again), words) == (False, "")
+
+
+def test_nothing_is_not_said_again():
+    assert said_again(np.empty((0, 2)))[1] == ""
