@@ -57,8 +57,6 @@ _DRIVEN: dict[Joint, tuple[slice, tuple[str, ...]]] = {
 _WITHOUT = 6
 """Terms of a pendulum with a pivot at rest."""
 _SIGMAS = 3.0
-_WEIGHTLESS = 0.1
-"""Gravity's terms times the square of the motion's time scale; of rods, one of them is about 1."""
 _FOLLOWS = 0.95
 """Correlation of the joints' speeds from which one column is said to follow the other."""
 _TWICE = 0.05
@@ -110,7 +108,7 @@ def other_mechanism(recorded: Recorded, balances: Sequence[Balance], given: Bala
     if any(fit.may_be_rods for fit in fits):
         apart, is_twice = [], False
     if not (apart or is_twice or other):
-        return "" if given.lumped.may_be_rods else _weightless(recorded, given)
+        return ""
     correlation = float(np.corrcoef(np.concatenate([motion.rates for motion in recorded.motions]).T)[0, 1])
     words = other.words if other else "one column beside something else, or joints that motors drive"
     if (is_twice or abs(correlation) > _FOLLOWS) and not (other and other.is_moved):
@@ -118,14 +116,6 @@ def other_mechanism(recorded: Recorded, balances: Sequence[Balance], given: Bala
         words = f"{twice}: the outer column follows the inner one (correlation {correlation:.2f})"
     evidence = f"the two columns have nothing to do with each other as rods do ({apart[0]})" if apart else ""
     return f"{evidence}: {words}" if evidence else f"it looks like {words}"
-
-
-def _weightless(recorded: Recorded, given: Balance) -> str:
-    """Return that gravity acts on neither rod, in words; empty where it may, as it does on all that swings so fast."""
-    gravity = np.abs(given.lumped.values[4:6]) + _SIGMAS * np.sqrt(np.diag(given.lumped.covariance)[4:6])
-    if float(np.max(gravity)) * recorded.motions[0].scales.unit ** 2 > _WEIGHTLESS:
-        return ""
-    return "gravity acts on neither rod: a column that is no angle, such as a cart's position, or of an upright axis"
 
 
 def driven(given: Balance) -> str:
