@@ -148,13 +148,13 @@ def _gain(motions: Sequence[Motion], balance: Balance, parts: Sequence[Part]) ->
 
     Nothing speaks against what holds up to noise.
     """
-    for part in parts if balance.lumped.is_mechanism and balance.lumped.beyond > SOME else ():
+    for part in parts if balance.lumped.beyond > SOME else ():
         motion = in_model_angles(motions[part.motion], balance.meaning)
         inside = (motion.time >= part.start) & (motion.time <= part.stop)
         time, total = motion.time[inside], energy(motion, balance.lumped.values)[inside]
         gained = total - np.minimum.accumulate(total)
         end = int(np.argmax(gained))
-        if gained[end] > _MOSTLY * total.max():
+        if gained[end] > _MOSTLY * np.abs(total).max():
             begin, share = time[np.argmin(total[: end + 1])], gained[end] / total[end]
             where = driven(balance) or "in either joint or both"
             called = " and ".join(map(balance.meaning.called, ("start", "stop")))
