@@ -4,7 +4,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise, product
+from itertools import chain, groupby, pairwise, product
 
 import numpy as np
 from scipy import ndimage
@@ -39,6 +39,7 @@ _NOISE = 14.0
 """A torque must exceed the median of the windows fitted to by this factor, which is about eight times their noise."""
 
 FREE, REST, CART, HAND = "", "the rods are still", "the cart is driven", "a hand is at the rods"
+GAP = "samples are missing, and a hand may be at the rods"
 MOTORS = "motors drive the joints, by their torque or effort"
 
 
@@ -212,11 +213,13 @@ def find_parts(
         causes[at_rest(motion, options.rest_amplitude)] = REST
         if balance and len(motion.time) >= WINDOW:
             noise = _NOISE * balance.lumped.spread
-            acting = np.where(motion.is_whole, torques(balance.windows[i], balance.lumped.values), 0.0)
-            hand, impulses = _lasting(acting > max(options.hand_torque, noise))
+            torque = torques(balance.windows[i], balance.lumped.values)
+            acting = torque > max(options.hand_torque, noise)
+            hand, impulses = _lasting(acting, motion.is_whole)
             # A hand that lets go gently, or catches so, pushes less at first: its traces next to it are its own.
-            traces = acting > max(_TRACE * options.hand_torque, noise)
+            traces = motion.is_whole & (torque > max(_TRACE * options.hand_torque, noise))
             hand = np.asarray(ndimage.binary_dilation(hand, iterations=_NEAR, mask=traces | hand))
+            causes[covered(acting & ~motion.is_whole, WINDOW)] = GAP
             causes[covered(hand, WINDOW)] = HAND
             instants += [float(motion.time[at + WINDOW // 2]) for at in impulses if causes[at + WINDOW // 2] == FREE]
         causes[ndimage.binary_closing(np.pad(driven[i], WINDOW), np.ones(WINDOW))[WINDOW:-WINDOW]] = MOTORS
@@ -247,7 +250,7 @@ def choose_parts(parts: Sequence[Part], shortest: float) -> tuple[list[Part], li
             f"no zero-input motion of at least {shortest:.3g} s: {found} ({causes or 'nothing else is there'})"
         )
     taken = motions[lasts.index(longest)]
-    notes = [f"cut {part}" for part in parts if part.cause != FREE]
+    notes = [f"cut {part}" for part in parts if not any(of.start <= part.start < of.stop for of in chain(*motions))]
     notes += [
         f"another zero-input part from {motion[0].start:.2f} to {motion[-1].stop:.2f} s is not used: another is longer"
         for motion, duration in zip(motions, lasts, strict=True)
@@ -257,26 +260,36 @@ def choose_parts(parts: Sequence[Part], shortest: float) -> tuple[list[Part], li
 
 
 def _free_motions(parts: Sequence[Part], shortest: float) -> list[list[Part]]:
-    """Put the free parts together between which only samples are missing, for less than a swing."""
+    """Put the free parts together between which only samples are missing, for less than a swing.
+
+    What may be free or not as samples are missing is free between free parts, and not before or after them.
+    """
     goes_on = [
-        before.cause == part.cause == FREE and 0.0 <= part.start - before.stop < shortest
+        {before.cause, part.cause} <= {FREE, GAP} and 0.0 <= part.start - before.stop < shortest
         for before, part in pairwise(parts)
     ]
-    together = np.split(np.arange(len(parts)), np.flatnonzero(np.logical_not(goes_on)) + 1)
-    return [[parts[place] for place in places] for places in together if parts[places[0]].cause == FREE]
+    motions = []
+    for places in np.split(np.arange(len(parts)), np.flatnonzero(np.logical_not(goes_on)) + 1):
+        free = [place for place in places if parts[place].cause == FREE]
+        between = parts[free[0] : free[-1] + 1] if free else []
+        alike = (list(of) for _, of in groupby(between, lambda part: part.motion))
+        motions.append([replace(of[0], cause=FREE, stop=of[-1].stop) for of in alike])
+    return [motion for motion in motions if motion]
 
 
-def _lasting(flags: Mask) -> tuple[Mask, list[int]]:
+def _lasting(acting: Mask, is_whole: Mask) -> tuple[Mask, list[int]]:
     """Separate lasting torques from impulses: returns the windows of the former, and the middle of each of the latter.
 
     What acts for an instant shows in every window around it, so an impulse is as long as a window and a little more. At
     the ends of a motion everything counts as lasting: there the two cannot be distinguished; and so does an impulse
-    shortly before or after a lasting torque, with what is between: that is how a hand catches and lets go.
+    shortly before or after a lasting torque, with what is between: that is how a hand catches and lets go. A window
+    that is not whole tells a torque only where it goes on into, or from, one that is.
     """
-    runs = [run for (run,) in ndimage.find_objects(ndimage.label(flags)[0])]
-    lasts: Mask = np.zeros(len(flags), dtype=bool)
+    runs = [run for (run,) in ndimage.find_objects(ndimage.label(acting)[0]) if np.any(is_whole[run])]
+    lasts: Mask = np.zeros(len(acting), dtype=bool)
     for run in runs:
-        lasts[run] = run.start == 0 or run.stop == len(flags) or run.stop - run.start > WINDOW + _INSTANT
-    near = ndimage.binary_closing(np.pad(flags, _NEAR), np.ones(_NEAR))[_NEAR:-_NEAR]
-    lasting = np.asarray(ndimage.binary_propagation(lasts, mask=near | flags))
+        at_end = run.start == 0 or run.stop == len(acting)
+        lasts[run] = at_end or np.ptp(np.flatnonzero(is_whole[run])) >= WINDOW + _INSTANT
+    near = ndimage.binary_closing(np.pad(acting & is_whole, _NEAR), np.ones(_NEAR))[_NEAR:-_NEAR]
+    lasting = np.asarray(ndimage.binary_propagation(lasts, mask=near | acting))
     return lasting, [(run.start + run.stop) // 2 for run in runs if not lasting[run.start]]
