@@ -119,7 +119,7 @@ def _found(recorded: Recorded, by_motors: Sequence[Mask], turned: Sequence[Joint
         said = ["motors drive the joints: their efforts are known torques [N m]"]
     if options.input == "cart":
         options = replace(options, cart_limit=np.finfo(float).max)
-        moving = tuple(moving_windows(motion, options) for motion in motions)
+        moving = moving_windows(motions, options)
         said = ["the cart is driven: its measured acceleration is a known input"]
     windows = [over_windows(flags, np.ones(WINDOW)) < 0.5 for flags in by_motors]
     moving = tuple(mask & is_free for mask, is_free in zip(moving, windows, strict=True))

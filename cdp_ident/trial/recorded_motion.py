@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """From samples as they came to the motion in them, before anything is known of what its angles mean."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -107,8 +108,7 @@ def recorded_motion(samples: Samples, options: TrialOptions) -> Recorded:
         angles = piece.samples.angles - np.cumsum(stepped, axis=0)
         measured.append((piece.time, replace(piece.samples, angles=angles)))
     motions = tuple(motion_on_grid(time, of.angles, of.cart, scales, of.torques) for time, of in measured)
-    moving = tuple(moving_windows(motion, options) for motion in motions)
-    return Recorded(tuple(pieces), motions, moving, tuple(notes), tuple(outlying.tolist()))
+    return Recorded(tuple(pieces), motions, moving_windows(motions, options), tuple(notes), tuple(outlying.tolist()))
 
 
 def clean(samples: Samples, start: float = 0.0, stop: float = np.inf) -> tuple[Piece, Array, list[str]]:
@@ -183,29 +183,30 @@ def cart_driven(motion: Motion, limit: float) -> Mask:
     return np.asarray(travel > limit)
 
 
-def moving_windows(motion: Motion, options: TrialOptions) -> Mask:
-    """Return which windows of the balance show the motion well.
+def moving_windows(motions: Sequence[Motion], options: TrialOptions) -> tuple[Mask, ...]:
+    """Return which windows of the balance show the motion well, of each of the motions in a recording.
 
-    The rods are fast, for this motion, the cart is not driven, no samples are missing, and no joint sticks: while one
-    does, meanings of the angles that contradict each other can all be right. Where that leaves next to nothing, a joint
-    may stick, or samples be missing.
+    The rods are fast, for this recording, the cart is not driven, no samples are missing, and no joint sticks: while
+    one does, meanings of the angles that contradict each other can all be right. Where that leaves next to nothing, a
+    joint may stick, or samples be missing.
     """
-    idle = at_rest(motion, options.rest_amplitude) | cart_driven(motion, options.cart_limit)
-    speed = np.linalg.norm(motion.rates, axis=1)
-    if np.all(idle) or len(speed) < WINDOW:
-        return np.zeros(max(0, len(speed) - WINDOW + 1), dtype=bool)
-    typical = np.quantile(speed[~idle], 0.9)
-    centre = slice(WINDOW // 2, len(speed) - WINDOW // 2)
-    moving = (over_windows(idle, np.ones(WINDOW)) < 0.5) & (speed >= _FAST * typical)[centre]
-    inner, outer = motion.rates.T
-    # Whichever way the outer angle is meant, one of these is the speed of its joint.
-    rates = (inner, outer, outer - inner, outer + inner)
-    slowest = np.min([over_windows(rate**2, np.ones(WINDOW) / WINDOW) for rate in rates], axis=0)
-    lively = slowest > (_TURNING * typical) ** 2
-    for well in (moving & motion.is_whole & lively, moving & motion.is_whole):
-        if np.count_nonzero(well) >= _FEWEST:
-            return np.asarray(well)
-    return moving
+    idle = [at_rest(of, options.rest_amplitude) | cart_driven(of, options.cart_limit) for of in motions]
+    speeds = [np.linalg.norm(of.rates, axis=1) for of in motions]
+    fast = np.concatenate(speeds)[~np.concatenate(idle)]
+    typical = float(np.quantile(fast, 0.9)) if len(fast) else np.inf
+    moving, lively = [], []
+    for motion, rests, speed in zip(motions, idle, speeds, strict=True):
+        (inner, outer), window = motion.rates.T, np.ones(WINDOW)
+        # Whichever way the outer angle is meant, one of these is the speed of its joint.
+        rates = (inner, outer, outer - inner, outer + inner)
+        slowest = np.min([over_windows(rate**2, window / WINDOW) for rate in rates], axis=0)
+        lively.append(slowest > (_TURNING * typical) ** 2)
+        moving.append((over_windows(rests, window) < 0.5) & (speed[WINDOW // 2 :][: len(slowest)] >= _FAST * typical))
+    whole = [mask & of.is_whole for mask, of in zip(moving, motions, strict=True)]
+    for well in ([mask & of for mask, of in zip(whole, lively, strict=True)], whole):
+        if sum(map(np.count_nonzero, well)) >= _FEWEST:
+            return tuple(well)
+    return tuple(moving)
 
 
 def covered(flags: Mask, width: int) -> Mask:

@@ -27,7 +27,7 @@ def check(made, change=lambda joints: joints, **options):
     options = TrialOptions(**options)
     joints = change(made.joints())
     motion = motion_on_grid(np.arange(len(joints)) / made.rate, joints, None)
-    return check_conventions(Recorded((), (motion,), (moving_windows(motion, options),)), options)
+    return check_conventions(Recorded((), (motion,), moving_windows((motion,), options)), options)
 
 
 def test_right_conventions_pass_without_a_word(swing):
