@@ -38,7 +38,7 @@ COLUMNS = ("A22", "A23", "A33", "c1", "c2", "G1", "G2", "k1", "k2", "D", "E12", 
 """What the balance is linear in; A22 itself is one, and M1, M2 what motors' torques are multiplied by."""
 WINDOW = 25
 """Grid points of a window: 1.2 units of the motion's time scale from its first to its last."""
-_SOME, _MOST = 16, 400
+_SOME, _MOST = 8, 100
 """Windows that show what noise does to them, and samples of each that are looked at."""
 _ANY = 0.5
 _STICKS = 0.5
