@@ -32,9 +32,7 @@ motors it is up to 0.6, as joints have dry friction, and of torques that are mea
 _INSTANT = PER_UNIT // 2
 """A torque that acts for no longer than this [grid points] counts as an impulse, not as a hand."""
 _NEAR = 5 * PER_UNIT // 2
-"""An impulse or a small torque so near [grid points] a hand is the hand's."""
-_TRACE = 0.3
-"""Torque next to a hand that is the hand's too, as a share of what tells of one."""
+"""An impulse so near [grid points] a hand is the hand's."""
 _NOISE = 14.0
 """A torque must exceed the median of the windows fitted to by this factor, which is about eight times their noise."""
 
@@ -212,13 +210,9 @@ def find_parts(
         causes = np.full(len(motion.time), FREE, dtype=object)
         causes[at_rest(motion, options.rest_amplitude)] = REST
         if balance and len(motion.time) >= WINDOW:
-            noise = _NOISE * balance.lumped.spread
-            torque = torques(balance.windows[i], balance.lumped.values)
-            acting = torque > max(options.hand_torque, noise)
+            least = max(options.hand_torque, _NOISE * balance.lumped.spread)
+            acting = torques(balance.windows[i], balance.lumped.values) > least
             hand, impulses = _lasting(acting, motion.is_whole)
-            # A hand that lets go gently, or catches so, pushes less at first: its traces next to it are its own.
-            traces = motion.is_whole & (torque > max(_TRACE * options.hand_torque, noise))
-            hand = np.asarray(ndimage.binary_dilation(hand, iterations=_NEAR, mask=traces | hand))
             causes[covered(acting & ~motion.is_whole, WINDOW)] = GAP
             causes[covered(hand, WINDOW)] = HAND
             instants += [float(motion.time[at + WINDOW // 2]) for at in impulses if causes[at + WINDOW // 2] == FREE]
