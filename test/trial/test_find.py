@@ -314,7 +314,7 @@ def test_what_may_be_free_where_samples_are_missing_is_so_between_free_parts_alo
     assert notes == [f"cut {parts[0]}", f"cut {parts[4]}"]
 
 
-HELD = 1.6
+HELD = 0.7
 
 
 def held_up(time, start=(2.0, -1.0)):
@@ -323,22 +323,19 @@ def held_up(time, start=(2.0, -1.0)):
     return (inner + outer, outer) if time < HELD else (0.0, 0.0)
 
 
-@pytest.mark.parametrize("pieces", [1, 2])
 @pytest.mark.parametrize(
     "gaps",
     [
-        [(0.6, 0.75)],
-        [(1.2, 1.35)],
-        [(0.1, 0.25), (0.5, 0.65), (0.9, 1.05), (1.3, 1.45)],
-        [(0.3, 0.45), (0.8, 0.95), (1.5, 1.65), (4.0, 4.15), (6.0, 6.15), (8.0, 8.15)],
+        [0.3],
+        [0.25, 0.5],
+        np.arange(0.05, HELD, 0.12),
+        np.arange(0.25, 9.8, 0.3),
     ],
 )
-def test_a_hand_holds_the_rods_behind_gaps_of_samples_as_before_them(gaps, pieces):
-    missing = np.any([(first <= TIMES) & (last > TIMES) for first, last in gaps], axis=0)
-    if pieces == 2:
-        missing |= (TIMES >= 0.2) & (TIMES < 0.7)
+def test_a_hand_holds_the_rods_behind_gaps_of_samples_as_before_them(gaps):
+    missing = np.any([np.abs(TIMES - gap) < 0.025 for gap in gaps], axis=0)
     found = find_trial(samples(double_pendulum(held_up))[~missing], HANGING).trial
-    assert HELD - 0.05 < found.start < HELD + 0.6
+    assert HELD - 0.05 < found.start < HELD + 0.5
     assert found.start + found.duration > 9.9
     assert not any("for an instant" in note for note in found.notes)
 
