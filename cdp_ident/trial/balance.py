@@ -99,9 +99,7 @@ def motion_on_grid(
     known = None if torques is None else np.column_stack([np.interp(at, time, of) for of in torques.T])
     noise = np.median(off_smooth(time, angles, scales.half_width), axis=0) / MEDIAN_OF_SIZE
     gaps = np.diff(time)[np.clip(np.searchsorted(time, at, side="right") - 1, 0, len(time) - 2)]
-    # Where samples are few, a neighbourhood is as wide as the fewest that tell a velocity.
-    bridged = gaps > max(scales.half_width, FEWEST / 2 * np.ptp(time) / len(time))
-    gain = _gain(time, scales)
+    gain, bridged = _gain(time, scales), gaps > scales.half_width
     return Motion(at, values[:, :2], slopes[:, :2], values[:, 2], slopes[:, 2], scales, noise, gain, bridged, known)
 
 
