@@ -31,16 +31,16 @@ from scipy.special import erf
 
 from cdp_ident.arrays import Array, Mask, Rows
 from cdp_ident.model.parameters import NOMINAL
-from cdp_ident.trial.kinematics import MEDIAN_OF_SIZE, local_motion, off_smooth
-from cdp_ident.trial.scales import Scales, sampling_step
+from cdp_ident.trial.kinematics import FEWEST, MEDIAN_OF_SIZE, local_motion, off_smooth
+from cdp_ident.trial.scales import Scales
 
 COLUMNS = ("A22", "A23", "A33", "c1", "c2", "G1", "G2", "k1", "k2", "D", "E12", "E1", "E2", "M1", "M2")
 """What the balance is linear in; A22 itself is one, and M1, M2 what motors' torques are multiplied by."""
 WINDOW = 25
 """Grid points of a window: 1.2 units of the motion's time scale from its first to its last."""
 _AT_ONCE = 1 << 14
-_CLOSEST = 1e-2
-"""Samples nearer to each other than this share of the spacing of the balance say no more than such would."""
+_SOME, _MOST = 8, 100
+"""Windows that show what noise does to them, and samples of each that are looked at."""
 _ANY = 0.5
 _STICKS = 0.5
 """A joint sticks where the direction of its friction is uncertain by more than this share."""
@@ -116,14 +116,21 @@ def motion_on_grid(
 
 
 def _gain(time: Array, scales: Scales) -> float:
-    """Return the variance of a window's acceleration where the angles have white noise of variance one [1/s^4]."""
-    step = max(sampling_step(time), _CLOSEST * scales.spacing)
-    at = np.asarray(np.linspace(-0.5, 0.5, WINDOW) * (WINDOW - 1) * scales.spacing, dtype=float)
-    beside = max(6, round((at[-1] + scales.half_width) / step) + 1)
-    times = np.arange(-beside, beside + 1) * step
-    _, slopes = local_motion(times, np.eye(len(times)), at, scales.half_width)
+    """Return the variance of a window's acceleration where the angles have white noise of variance one [1/s^4].
+
+    It is the median of some windows: samples that are missing here and there leave more than even ones as far apart.
+    """
+    at = (np.arange(WINDOW) - WINDOW // 2) * scales.spacing
+    reach = at[-1] + scales.half_width
     _, slope = window_weights(scales.spacing)
-    return float(np.sum((slope @ slopes) ** 2))
+    gains = []
+    for centre in np.linspace(time[0] + reach, time[-1] - reach, _SOME):
+        first, last = np.searchsorted(time, [centre - reach, centre + reach])
+        times = time[max(0, first - FEWEST) : last + FEWEST]
+        every = 1 + len(times) // _MOST
+        _, slopes = local_motion(times[::every], np.eye(len(times[::every])), centre + at, scales.half_width)
+        gains.append(float(np.sum((slope @ slopes) ** 2)) / every)
+    return float(np.median(gains))
 
 
 def window_weights(spacing: float, half: int = WINDOW // 2) -> tuple[Array, Array]:

@@ -172,12 +172,14 @@ def _stretches(part: Indices, time: Array, gap: float) -> Iterator[tuple[Indices
 def _even(index: Indices, time: Array, wait: float, most: float = 1.0) -> tuple[Array, float, float] | None:
     """Return even times of samples of such a count, their step and how sure it is, as a share.
 
-    None where those given are even, or no buffer delays so.
+    None where those given are even, no buffer delays so, or there are too few bursts to tell.
 
     They go by the last samples of bursts, without those far off the others: where nothing moves, a count may be wrong.
     A sample waits for no longer than from one burst to the next, or `most` times that.
     """
     ends = _ends(time, wait)
+    if len(ends) < _LONG_PARTS:
+        return None
     kept = np.ones(len(ends), dtype=bool)
     for _ in range(_REFITTED):
         step, first = np.polyfit(index[ends][kept], time[ends][kept], 1)
@@ -189,7 +191,7 @@ def _even(index: Indices, time: Array, wait: float, most: float = 1.0) -> tuple[
     ):
         return None
     # Errors go together for a while: by parts that are left out in turn (jackknife).
-    part = np.arange(len(ends)) * min(_LONG_PARTS, len(ends) // 2) // len(ends)
+    part = np.arange(len(ends)) * _LONG_PARTS // len(ends)
     steps = [np.polyfit(index[ends][part != of], time[ends][part != of], 1)[0] for of in np.unique(part)]
     pace_std = float(np.sqrt((len(steps) - 1) * np.var(steps)) / step)
     return step * index + np.quantile(late[ends][kept], _EARLIEST), float(step), pace_std

@@ -34,8 +34,6 @@ _AT_REST = 0.02
 _LEVEL = 0.1
 """A pivot on a cart moves up and down less than this [distances between the joints, standard deviation]."""
 _CIRCLE_ROUNDS = 20
-_AT_REST_FRAMES = 10
-"""So many frames in a row that repeat the one before show rods at rest; fewer are frames that were written twice."""
 _REST = 1.5
 """Of markers that step by so many of their least steps, something moved."""
 _BLOCKS = 20
@@ -217,9 +215,8 @@ def _repeated(points: Array) -> Mask:
     least = np.min(steps[steps > 0], initial=np.inf)
     steps = np.nan_to_num(np.max(steps, axis=(1, 2)), nan=np.inf)
     changes = np.concatenate([[True], steps > 0])
-    _, lengths = np.unique(np.cumsum(changes), return_counts=True)
     after = np.append(steps[steps > 0], 0.0)
-    return np.asarray(~changes & np.repeat((lengths <= _AT_REST_FRAMES) & (after > _REST * least), lengths))
+    return np.asarray(~changes & (after[np.cumsum(changes) - 1] > _REST * least))
 
 
 def _length(points: Array) -> tuple[float, float]:

@@ -4,7 +4,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise, product
+from itertools import chain, groupby, pairwise, product
 
 import numpy as np
 from scipy import ndimage
@@ -34,13 +34,12 @@ motors it is up to 0.6, as joints have dry friction, and of torques that are mea
 _INSTANT = PER_UNIT // 2
 """A torque that acts for no longer than this [grid points] counts as an impulse, not as a hand."""
 _NEAR = 5 * PER_UNIT // 2
-"""An impulse or a small torque so near [grid points] a hand is the hand's."""
-_TRACE = 0.3
-"""Torque next to a hand that is the hand's too, as a share of what tells of one."""
+"""An impulse so near [grid points] a hand is the hand's."""
 _NOISE = 14.0
 """A torque must exceed the median of the windows fitted to by this factor, which is about eight times their noise."""
 
 FREE, REST, CART, HAND = "", "the rods are still", "the cart is driven", "a hand is at the rods"
+GAP = "samples are missing, and a hand may be at the rods"
 MOTORS = "motors drive the joints, by their torque or effort"
 
 
@@ -120,7 +119,7 @@ def _found(recorded: Recorded, by_motors: Sequence[Mask], turned: Sequence[Joint
         said = ["motors drive the joints: their efforts are known torques [N m]"]
     if options.input == "cart":
         options = replace(options, cart_limit=np.finfo(float).max)
-        moving = tuple(moving_windows(motion, options) for motion in motions)
+        moving = moving_windows(motions, options)
         said = ["the cart is driven: its measured acceleration is a known input"]
     free = [over_windows(flags, np.ones(WINDOW)) < 0.5 for flags in by_motors]
     moving = tuple(mask & is_free for mask, is_free in zip(moving, free, strict=True))
@@ -240,14 +239,12 @@ def find_parts(
         causes = np.full(len(motion.time), FREE, dtype=object)
         causes[at_rest(motion, options.rest_amplitude)] = REST
         if balance and len(motion.time) >= WINDOW:
-            noise = _NOISE * balance.lumped.spread
-            whole, parted = motion.is_whole, motion.parted(motion.is_whole)
+            least = max(options.hand_torque, _NOISE * balance.lumped.spread)
+            parted = motion.parted(np.ones(len(motion.is_whole), dtype=bool))
             balanced = (windows(in_model_angles(part, balance.meaning)) for part, _ in parted)
-            acting = np.concatenate([torques(of, balance.lumped.values) for of in balanced]) * whole
-            hand, impulses = _lasting(acting > max(options.hand_torque, noise))
-            # A hand that lets go gently, or catches so, pushes less at first: its traces next to it are its own.
-            traces = acting > max(_TRACE * options.hand_torque, noise)
-            hand = np.asarray(ndimage.binary_dilation(hand, iterations=_NEAR, mask=traces | hand))
+            acting = np.concatenate([torques(of, balance.lumped.values) for of in balanced]) > least
+            hand, impulses = _lasting(acting, motion.is_whole)
+            causes[covered(acting & ~motion.is_whole, WINDOW)] = GAP
             causes[covered(hand, WINDOW)] = HAND
             instants += [float(motion.time[at + WINDOW // 2]) for at in impulses if causes[at + WINDOW // 2] == FREE]
         causes[ndimage.binary_closing(np.pad(driven[i], WINDOW), np.ones(WINDOW))[WINDOW:-WINDOW]] = MOTORS
@@ -278,7 +275,7 @@ def choose_parts(parts: Sequence[Part], shortest: float) -> tuple[list[Part], li
             f"no zero-input motion of at least {shortest:.3g} s: {found} ({causes or 'nothing else is there'})"
         )
     taken = motions[lasts.index(longest)]
-    notes = [f"cut {part}" for part in parts if part.cause != FREE]
+    notes = [f"cut {part}" for part in parts if not any(of.start <= part.start < of.stop for of in chain(*motions))]
     notes += [
         f"another zero-input part from {motion[0].start:.2f} to {motion[-1].stop:.2f} s is not used: another is longer"
         for motion, duration in zip(motions, lasts, strict=True)
@@ -288,26 +285,36 @@ def choose_parts(parts: Sequence[Part], shortest: float) -> tuple[list[Part], li
 
 
 def _free_motions(parts: Sequence[Part], shortest: float) -> list[list[Part]]:
-    """Put the free parts together between which only samples are missing, for less than a swing."""
+    """Put the free parts together between which only samples are missing, for less than a swing.
+
+    What may be free or not as samples are missing is free between free parts, and not before or after them.
+    """
     goes_on = [
-        before.cause == part.cause == FREE and 0.0 <= part.start - before.stop < shortest
+        {before.cause, part.cause} <= {FREE, GAP} and 0.0 <= part.start - before.stop < shortest
         for before, part in pairwise(parts)
     ]
-    together = np.split(np.arange(len(parts)), np.flatnonzero(np.logical_not(goes_on)) + 1)
-    return [[parts[place] for place in places] for places in together if parts[places[0]].cause == FREE]
+    motions = []
+    for places in np.split(np.arange(len(parts)), np.flatnonzero(np.logical_not(goes_on)) + 1):
+        free = [place for place in places if parts[place].cause == FREE]
+        between = parts[free[0] : free[-1] + 1] if free else []
+        alike = (list(of) for _, of in groupby(between, lambda part: part.motion))
+        motions.append([replace(of[0], cause=FREE, stop=of[-1].stop) for of in alike])
+    return [motion for motion in motions if motion]
 
 
-def _lasting(flags: Mask) -> tuple[Mask, list[int]]:
+def _lasting(acting: Mask, is_whole: Mask) -> tuple[Mask, list[int]]:
     """Separate lasting torques from impulses: returns the windows of the former, and the middle of each of the latter.
 
     What acts for an instant shows in every window around it, so an impulse is as long as a window and a little more. At
     the ends of a motion everything counts as lasting: there the two cannot be distinguished; and so does an impulse
-    shortly before or after a lasting torque, with what is between: that is how a hand catches and lets go.
+    shortly before or after a lasting torque, with what is between: that is how a hand catches and lets go. A window
+    that is not whole tells a torque only where it goes on into, or from, one that is.
     """
-    runs = [run for (run,) in ndimage.find_objects(ndimage.label(flags)[0])]
-    lasts: Mask = np.zeros(len(flags), dtype=bool)
+    runs = [run for (run,) in ndimage.find_objects(ndimage.label(acting)[0]) if np.any(is_whole[run])]
+    lasts: Mask = np.zeros(len(acting), dtype=bool)
     for run in runs:
-        lasts[run] = run.start == 0 or run.stop == len(flags) or run.stop - run.start > WINDOW + _INSTANT
-    near = ndimage.binary_closing(np.pad(flags, _NEAR), np.ones(_NEAR))[_NEAR:-_NEAR]
-    lasting = np.asarray(ndimage.binary_propagation(lasts, mask=near | flags))
+        at_end = run.start == 0 or run.stop == len(acting)
+        lasts[run] = at_end or np.ptp(np.flatnonzero(is_whole[run])) >= WINDOW + _INSTANT
+    near = ndimage.binary_closing(np.pad(acting & is_whole, _NEAR), np.ones(_NEAR))[_NEAR:-_NEAR]
+    lasting = np.asarray(ndimage.binary_propagation(lasts, mask=near | acting))
     return lasting, [(run.start + run.stop) // 2 for run in runs if not lasting[run.start]]

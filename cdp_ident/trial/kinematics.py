@@ -16,7 +16,8 @@ swing at 10 rad/s a tenth of that.
 """
 _CUBIC_AT_CENTRE = 2.25
 """A cubic fitted to N samples follows the noise of the one in the middle by this over N."""
-_FEWEST = 6
+FEWEST = 6
+"""Samples of a neighbourhood at least."""
 _RIDGE = 1e-12
 """Added to the normal equations over times from -1 to 1, which are singular where all but a few samples coincide."""
 _FAST = 0.9
@@ -46,14 +47,14 @@ def local_motion(time: Array, theta: Array, at: Array, half_width: float = HALF_
         TrialError: there are fewer than six samples.
     """
     time, theta, at = (np.ascontiguousarray(values, dtype=float) for values in (time, theta, at))
-    if len(time) < _FEWEST:
-        raise TrialError(f"there are only {len(time)} samples; velocities need at least {_FEWEST}")
+    if len(time) < FEWEST:
+        raise TrialError(f"there are only {len(time)} samples; velocities need at least {FEWEST}")
     centre = np.clip(at, time[0] + half_width, max(time[-1] - half_width, time[0] + half_width))
     first = np.searchsorted(time, centre - half_width - 1e-9)
     last = np.searchsorted(time, centre + half_width + 1e-9)
-    lacking = np.maximum(_FEWEST - (last - first), 0)
-    first = np.clip(first - (lacking + 1) // 2, 0, len(time) - _FEWEST)
-    last = np.clip(np.maximum(last, first + _FEWEST), _FEWEST, len(time))
+    lacking = np.maximum(FEWEST - (last - first), 0)
+    first = np.clip(first - (lacking + 1) // 2, 0, len(time) - FEWEST)
+    last = np.clip(np.maximum(last, first + FEWEST), FEWEST, len(time))
     angles, velocities = np.empty((len(at), theta.shape[1])), np.empty((len(at), theta.shape[1]))
     for begin in range(0, len(at), _POINTS_AT_ONCE):
         part = slice(begin, begin + _POINTS_AT_ONCE)
@@ -81,7 +82,7 @@ def off_smooth(time: Array, angles: Array, half_width: float) -> Array:
     """
     some = slice(None, None, max(1, len(time) // _LOOKED_AT))
     smooth, _ = local_motion(time, angles, time[some], half_width)
-    together = max(_FEWEST, 2.0 * half_width * len(time) / (time[-1] - time[0]))
+    together = max(FEWEST, 2.0 * half_width * len(time) / (time[-1] - time[0]))
     return np.asarray(np.abs(angles[some] - smooth) / np.sqrt(1.0 - _CUBIC_AT_CENTRE / together))
 
 

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cdp_ident.arrays import Array, Indices, Mask
+from cdp_ident.trial.kinematics import MEDIAN_OF_SIZE
 
 _CLOCK_STEP = 10
 """So many samples in a row that go on from an earlier time mean that the clock was set back: stored in any order, one
@@ -17,6 +18,11 @@ _NEAR = 3
 """Samples are neighbours up to so many times the usual spacing."""
 _MOST_RUNS = 20_000
 """Beyond so many runs of samples, an order that says anything of the clock is no longer looked for."""
+
+_AS_UNEVEN = 1 / 3
+"""Steps of stamps that jitter vary by this share at least, put in order, of what they vary by as they are stored."""
+_JITTER = 12.0
+"""They are off the usual one by no more than so many times the median of that."""
 
 _COUNTERS = {
     **{2.0**bits: f"a counter of {bits} bits" for bits in (8, 10, 12, 14, 16, 20, 24, 31, 32)},
@@ -66,6 +72,32 @@ def in_order(stamps: Indices, known: Mask | None = None) -> tuple[Indices, list[
     if dropped := sum(dropped for _, dropped in found):
         notes.append(f"{dropped} samples with stamps far from those before and after them are dropped")
     return order, notes
+
+
+def without_jitter(stamps: Indices, kinds: Array) -> tuple[Indices, str]:
+    """Return stamps (n,) [ns] that do not step back by as little as they jitter, and in words that they did.
+
+    Such samples were measured in the order in which they are stored: their stamps are put in order, and they are not.
+    If they were stored in another order, stamps would be far more even in their own. `kinds` (n,) differ for messages
+    of other joints.
+    """
+    ascending, stepping, sizes = stamps.copy(), 0, [0.0]
+    for kind in np.unique(kinds):
+        rows = np.flatnonzero(kinds == kind)
+        steps = np.diff(stamps[rows])
+        size, in_order = (
+            float(np.median(np.abs(of - np.median(of)))) if len(of) else 0.0
+            for of in (steps, np.diff(np.sort(stamps[rows])))
+        )
+        if in_order > _AS_UNEVEN * size:
+            far = np.abs(steps - np.median(steps)) > _JITTER * size
+            part = np.append(0, np.cumsum(far))
+            ascending[rows] = stamps[rows][np.lexsort((stamps[rows], part))]
+            stepping += (back := np.count_nonzero((steps < 0) & ~far))
+            sizes.append(size if back else 0.0)
+    deviation = 1e-6 * max(sizes) / (MEDIAN_OF_SIZE * np.sqrt(2.0))
+    note = f"{stepping} stamps step back within their jitter of {deviation:.2g} ms: samples stay as they are stored"
+    return ascending, note if stepping else ""
 
 
 def recorded_again(stamps: Indices, readings: Array) -> Mask:

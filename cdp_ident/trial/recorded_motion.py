@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """From samples as they came to the motion in them, before anything is known of what its angles mean."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
 
@@ -124,10 +124,10 @@ def on_grid(recorded: Recorded, scales: Scales, options: TrialOptions) -> Record
         # What the angles mean and what acts on the rods is that of the motion, not of its readings.
         angles = of.angles - np.cumsum(np.column_stack([steps(time, angle) for angle in of.angles.T]), axis=0)
         motions.append(motion_on_grid(time, angles, of.cart, scales, of.torques))
-    moving = [moving_windows(motion, options) for motion in motions]
+    moving = moving_windows(motions, options)
     apart = 1 + sum(map(np.count_nonzero, moving)) // _MOST_WINDOWS
-    moving = [mask & (np.arange(len(mask)) % apart == 0) for mask in moving]
-    return replace(recorded, motions=tuple(motions), moving=tuple(moving))
+    thinned = tuple(mask & (np.arange(len(mask)) % apart == 0) for mask in moving)
+    return replace(recorded, motions=tuple(motions), moving=thinned)
 
 
 def clean(samples: Samples, start: float = 0.0, stop: float = np.inf) -> tuple[Piece, Array, list[str]]:
@@ -201,29 +201,30 @@ def cart_driven(motion: Motion, limit: float) -> Mask:
     return np.asarray(travel > limit)
 
 
-def moving_windows(motion: Motion, options: TrialOptions) -> Mask:
-    """Return which windows of the balance show the motion well.
+def moving_windows(motions: Sequence[Motion], options: TrialOptions) -> tuple[Mask, ...]:
+    """Return which windows of the balance show the motion well, of each of the motions in a recording.
 
-    The rods are fast, for this motion, the cart is not driven, no samples are missing, and no joint sticks: while one
-    does, meanings of the angles that contradict each other can all be right. Where that leaves next to nothing, a joint
-    may stick, or samples be missing.
+    The rods are fast, for this recording, the cart is not driven, no samples are missing, and no joint sticks: while
+    one does, meanings of the angles that contradict each other can all be right. Where that leaves next to nothing, a
+    joint may stick, or samples be missing.
     """
-    idle = at_rest(motion, options.rest_amplitude) | cart_driven(motion, options.cart_limit)
-    speed = np.linalg.norm(motion.rates, axis=1)
-    if np.all(idle) or len(speed) < WINDOW:
-        return np.zeros(max(0, len(speed) - WINDOW + 1), dtype=bool)
-    typical = np.quantile(speed[~idle], 0.9)
-    centre = slice(WINDOW // 2, len(speed) - WINDOW // 2)
-    moving = (over_windows(idle, np.ones(WINDOW)) < 0.5) & (speed >= _FAST * typical)[centre]
-    inner, outer = motion.rates.T
-    # Whichever way the outer angle is meant, one of these is the speed of its joint.
-    rates = (inner, outer, outer - inner, outer + inner)
-    slowest = reduce(np.minimum, (over_windows(rate**2, np.ones(WINDOW) / WINDOW) for rate in rates))
-    lively = slowest > (_TURNING * typical) ** 2
-    for well in (moving & motion.is_whole & lively, moving & motion.is_whole):
-        if np.count_nonzero(well) >= _FEWEST:
-            return np.asarray(well)
-    return moving
+    idle = [at_rest(of, options.rest_amplitude) | cart_driven(of, options.cart_limit) for of in motions]
+    speeds = [np.linalg.norm(of.rates, axis=1) for of in motions]
+    fast = np.concatenate(speeds)[~np.concatenate(idle)]
+    typical = float(np.quantile(fast, 0.9)) if len(fast) else np.inf
+    moving, lively = [], []
+    for motion, rests, speed in zip(motions, idle, speeds, strict=True):
+        (inner, outer), window = motion.rates.T, np.ones(WINDOW)
+        # Whichever way the outer angle is meant, one of these is the speed of its joint.
+        rates = (inner, outer, outer - inner, outer + inner)
+        slowest = reduce(np.minimum, (over_windows(rate**2, window / WINDOW) for rate in rates))
+        lively.append(slowest > (_TURNING * typical) ** 2)
+        moving.append((over_windows(rests, window) < 0.5) & (speed[WINDOW // 2 :][: len(slowest)] >= _FAST * typical))
+    whole = [mask & of.is_whole for mask, of in zip(moving, motions, strict=True)]
+    for well in ([mask & of for mask, of in zip(whole, lively, strict=True)], whole):
+        if sum(map(np.count_nonzero, well)) >= _FEWEST:
+            return tuple(well)
+    return tuple(moving)
 
 
 def covered(flags: Mask, width: int) -> Mask:

@@ -20,7 +20,7 @@ from cdp_ident.bag.joint_recording import JointRecording
 from cdp_ident.trial.bursts import FEWEST, LONGEST_WAIT, NEAR, SMOOTHER
 from cdp_ident.trial.kinematics import roughness
 from cdp_ident.trial.options import TrialOptions
-from cdp_ident.trial.order import counted_on, elapsed, in_order
+from cdp_ident.trial.order import counted_on, elapsed, in_order, without_jitter
 
 _GAP = 5.0
 """Steps of so many times the usual one are gaps."""
@@ -49,6 +49,10 @@ def in_measured_time(recording: JointRecording, options: TrialOptions) -> JointR
     if counter:
         note = f"the stamps are {counter}: they are counted on where it rolls over"
         recording = replace(recording, stamps=times.astype(np.int64), notes=(*recording.notes, note))
+    known = np.isfinite(recording.positions)
+    ascending, jitter = without_jitter(recording.stamps, known @ 2.0 ** np.arange(known.shape[1]))
+    if jitter:
+        recording = replace(recording, stamps=ascending, notes=(*recording.notes, jitter))
     stamps, receipts = recording.stamps, recording.receipts
     if receipts is None or not len(stamps):
         return recording

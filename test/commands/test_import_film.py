@@ -50,6 +50,20 @@ def test_frames_that_were_written_twice_change_neither_values_nor_how_sure_they_
     assert np.abs(np.angle(np.exp(1j * (positions.cumsum(axis=1) - theta[frames])))).max() < 0.01
 
 
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize(("share", "rate"), [(0.36, 60.0), (0.5, 120.0)])
+def test_a_film_that_repeats_many_frames_is_a_double_pendulum_s(convert, tmp_path, share, rate, seed):
+    theta, rows = film(0.4, rate, 13.0, pixels=360.0)
+    again = np.random.default_rng(seed).random(len(rows)) < share
+    rows[:, 1:] = rows[np.maximum.accumulate(np.where(again, 0, np.arange(len(rows)))), 1:]
+    convert([rows], "--rate", f"{rate:g}", "--length", "0.4", title=MARKERS, digits=3)
+    trial = load_trial(tmp_path / "bag")
+    assert trial.duration > 11.0
+    frames = np.round((trial.time + trial.start) * rate).astype(int)
+    off = np.abs(np.angle(np.exp(1j * (trial.theta - theta[frames]))))
+    assert np.quantile(off, 0.99) < 0.005
+
+
 def test_a_film_s_rate_is_checked_against_the_motion(convert, capsys):
     _, rows = film(0.09, 500.0, 8.0)
     convert([rows], "--rate", "120", "--length", "0.09", title=MARKERS, digits=3)

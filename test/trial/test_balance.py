@@ -84,6 +84,17 @@ def test_samples_a_nanosecond_apart_ask_for_no_more_memory_than_others(states):
     np.testing.assert_allclose(twice.angles[10:-10], states[10:-10, :2], atol=1e-2)
 
 
+@pytest.mark.parametrize("kept", [1.0, 0.75, 0.64])
+def test_noise_of_an_acceleration_is_that_of_the_samples_as_they_are_spaced(kept):
+    generator = np.random.default_rng(1)
+    time = np.arange(4000) / 60.0
+    time = time[generator.random(4000) < kept]
+    noise = motion_on_grid(time, generator.normal(size=(len(time), 2)), None, Scales(0.26))
+    _, slope = window_weights(noise.scales.spacing)
+    of_whole = [over_windows(rate, slope)[noise.is_whole] for rate in noise.rates.T]
+    assert noise.gain == pytest.approx(np.median(np.square(of_whole)) / 0.455, rel=0.35)
+
+
 def test_a_derivative_is_integrated_by_parts():
     value, slope = window_weights(SPACING, half=50)
     by_parts = over_windows(np.sin(GRID), slope)

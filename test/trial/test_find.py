@@ -13,7 +13,7 @@ import sympy
 from scipy.integrate import solve_ivp
 
 from cdp_ident.errors import OtherMotionError, TrialError
-from cdp_ident.trial.find import CART, FREE, HAND, REST, Part, choose_parts, find_trial
+from cdp_ident.trial.find import CART, FREE, GAP, HAND, REST, Part, choose_parts, find_trial
 from cdp_ident.trial.joints import Samples
 from cdp_ident.trial.meaning import balance_of
 from cdp_ident.trial.mechanisms import unexplained_beside
@@ -347,6 +347,39 @@ def test_free_parts_with_nothing_but_a_gap_between_them_are_one_motion():
     taken, notes = choose_parts(parts, 1.0)
     assert taken == parts[:2]
     assert notes[-1] == "another zero-input part from 6.10 to 10.00 s is not used: another is longer"
+
+
+def test_what_may_be_free_where_samples_are_missing_is_so_between_free_parts_alone():
+    parts = [Part(0, GAP, 0, 1), Part(0, FREE, 1, 4), Part(0, GAP, 4, 4.5), Part(0, FREE, 4.5, 6), Part(1, GAP, 6.1, 7)]
+    taken, notes = choose_parts(parts, 1.0)
+    assert taken == [Part(0, FREE, 1, 6)]
+    assert notes == [f"cut {parts[0]}", f"cut {parts[4]}"]
+
+
+HELD = 0.7
+
+
+def held_up(time, start=(2.0, -1.0)):
+    """Return the torques [N m] by which a hand holds both rods until it lets go."""
+    inner, outer = INERTIA * np.array([G1, G2]) * np.sin(start)
+    return (inner + outer, outer) if time < HELD else (0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    "gaps",
+    [
+        [0.3],
+        [0.25, 0.5],
+        np.arange(0.05, HELD, 0.12),
+        np.arange(0.25, 9.8, 0.3),
+    ],
+)
+def test_a_hand_holds_the_rods_behind_gaps_of_samples_as_before_them(gaps):
+    missing = np.any([np.abs(TIMES - gap) < 0.025 for gap in gaps], axis=0)
+    found = find_trial(samples(double_pendulum(held_up))[~missing], HANGING).trial
+    assert HELD - 0.05 < found.start < HELD + 0.5
+    assert found.start + found.duration > 9.9
+    assert not any("for an instant" in note for note in found.notes)
 
 
 @pytest.mark.parametrize("begin", [2.5, 5.5])

@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from cdp_ident.trial.order import counted_on, elapsed, in_order, recorded_again
+from cdp_ident.trial.order import counted_on, elapsed, in_order, recorded_again, without_jitter
 
 
 def ordered(stamps):
@@ -46,6 +46,30 @@ def test_samples_stored_in_any_order_are_put_in_that_of_their_stamps(stored):
     assert np.array_equal(stored[order], np.sort(stored))
     late = re.search(r"(\d+) samples that were stored late", notes)
     assert int(late[1]) == np.count_nonzero(stored < np.maximum.accumulate(stored))
+
+
+@pytest.mark.parametrize("deviation", [1.5, 2.0, 4.0])
+@pytest.mark.parametrize("back", [0, 3600])
+def test_stamps_that_step_back_within_their_jitter_are_put_in_order_and_their_samples_stay(deviation, back):
+    true = 5_000_000 * np.arange(2000) - 10**9 * back * (np.arange(2000) >= 1000)
+    stamps = true + (1e6 * deviation * np.random.default_rng(1).normal(size=2000)).astype(np.int64)
+    ascending, note = without_jitter(stamps, np.zeros(2000))
+    assert np.flatnonzero(np.diff(ascending) < 0).tolist() == ([999] if back else [])
+    assert np.std(ascending - true) < 1e6 * deviation
+    stepping, said = re.match(r"(\d+) stamps step back within their jitter of ([\d.]+) ms", note).groups()
+    assert int(stepping) == np.count_nonzero(np.diff(stamps) < 0) - (back > 0)
+    assert float(said) == pytest.approx(deviation, rel=0.1)
+
+
+@pytest.mark.parametrize("jitter", [0.0, 0.3])
+@pytest.mark.parametrize("apart", [2, 6, 40])
+def test_stamps_of_samples_stored_in_another_order_are_not_taken_to_jitter(apart, jitter):
+    generator = np.random.default_rng(1)
+    stamps = (1e6 * (5 * np.arange(2000) + jitter * generator.normal(size=2000))).astype(np.int64)
+    stored = stamps[np.argsort(np.arange(2000) + generator.uniform(0, apart, 2000))]
+    ascending, note = without_jitter(stored, np.zeros(2000))
+    assert not note
+    assert np.array_equal(ascending, stored)
 
 
 @pytest.mark.parametrize("back", [300, 100_000])
