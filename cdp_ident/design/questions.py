@@ -143,7 +143,7 @@ def _sharper(question: Question, names: tuple[str, ...], trials: NextTrial, load
     now, then = knowledge.uncertainty(names), trials.uncertainty_after(best.trial, names)
     values, inertia = knowledge.values[knowledge.places(names)], question.about == INERTIA.symbol
     # Of A22 the unknown is the inverse: a small change of it is A22 squared times as large in A22.
-    scale = 1.0 / float(values[0]) ** 2 if inertia else 1.0
+    scale = float(np.divide(1.0, values[0] ** 2)) if inertia else 1.0
     told: dict[str, Any] = {
         "names": [INERTIA.symbol] if inertia else names,
         "std_now": scale * now.std,

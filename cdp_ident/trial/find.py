@@ -194,7 +194,8 @@ def _reversed(balance: Windows, signs: Array) -> list[Joint]:
     def left(meant: Array) -> float:
         together = balance.terms.copy()
         together[..., -2] = together[..., -2:] @ meant
-        return explained(replace(balance, terms=together), DRIVEN_JOINTS[:-1])[1]
+        values, left = explained(replace(balance, terms=together), DRIVEN_JOINTS[:-1])
+        return left if values[-2] > 0.0 else np.inf
 
     flips = [np.array(flip) for flip in product((1, -1), repeat=2)]
     best = min(flips, key=lambda flip: left(flip * signs))

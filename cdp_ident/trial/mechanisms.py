@@ -23,7 +23,7 @@ from cdp_ident.arrays import Array
 from cdp_ident.model.effects.effect import JOINTS, Joint
 from cdp_ident.trial.balance import COLUMNS, Motion, Windows, over_windows, window_weights
 from cdp_ident.trial.lumped import COUPLED
-from cdp_ident.trial.meaning import MUCH_BETTER, SOME, Balance
+from cdp_ident.trial.meaning import EVIDENT, MUCH_BETTER, SOME, Balance
 from cdp_ident.trial.recorded_motion import Recorded
 
 HOLDS = 0.01
@@ -86,7 +86,8 @@ def one_pendulum(recorded: Recorded, balances: Sequence[Balance], given: Balance
     `balances` are those under the meanings that the outer angle can have. The outer rod's alone counts, too: it is a
     pendulum on a pivot that moves.
     """
-    if given and given.lumped.may_be_rods and given.lumped.beyond <= SOME:
+    # Rods with strong effects leave more than noise in many windows, but not so much.
+    if given and given.lumped.may_be_rods and (given.lumped.beyond <= SOME or given.lumped.unexplained <= EVIDENT):
         return None
     found = pendulum(recorded)
     rods = [balance for balance in balances if balance.lumped.may_be_rods]

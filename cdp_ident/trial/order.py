@@ -78,8 +78,8 @@ def without_jitter(stamps: Indices, kinds: Array) -> tuple[Indices, str]:
     """Return stamps (n,) [ns] that do not step back by as little as they jitter, and in words that they did.
 
     Such samples were measured in the order in which they are stored: their stamps are put in order, and they are not.
-    If they were stored in another order, stamps would be far more even in their own. `kinds` (n,) differ for messages
-    of other joints.
+    If they were stored in another order, stamps would be far more even in their own, or most would step back. `kinds`
+    (n,) differ for messages of other joints.
     """
     ascending, stepping, sizes = stamps.copy(), 0, [0.0]
     for kind in np.unique(kinds):
@@ -89,7 +89,7 @@ def without_jitter(stamps: Indices, kinds: Array) -> tuple[Indices, str]:
             float(np.median(np.abs(of - np.median(of)))) if len(of) else 0.0
             for of in (steps, np.diff(np.sort(stamps[rows])))
         )
-        if in_order > _AS_UNEVEN * size:
+        if in_order > _AS_UNEVEN * size and np.median(steps) > 0:
             far = np.abs(steps - np.median(steps)) > _JITTER * size
             part = np.append(0, np.cumsum(far))
             ascending[rows] = stamps[rows][np.lexsort((stamps[rows], part))]

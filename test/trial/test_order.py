@@ -72,6 +72,13 @@ def test_stamps_of_samples_stored_in_another_order_are_not_taken_to_jitter(apart
     assert np.array_equal(ascending, stored)
 
 
+def test_what_is_stored_backwards_is_put_in_order():
+    generator = np.random.default_rng(1)
+    stamps = np.sort((1e6 * (5 * np.arange(2000) + 0.3 * generator.normal(size=2000))).astype(np.int64))
+    assert without_jitter(stamps[::-1], np.zeros(2000))[1] == ""
+    assert in_order(stamps[::-1])[0].tolist() == list(range(1999, -1, -1))
+
+
 @pytest.mark.parametrize("back", [300, 100_000])
 def test_a_clock_that_is_set_back_leaves_the_order_as_it_is(back):
     stamps = np.concatenate([np.arange(0, 1000, 5), np.arange(1000, 2000, 5) - back])
