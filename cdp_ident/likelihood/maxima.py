@@ -140,7 +140,7 @@ def _other_maxima(found: WholeSwings, to_beat: float = np.inf) -> list[WholeSwin
     if not np.any(found.is_missing):
         return [_with_noise(found, Noise.white(found.recorded.encoders, found.recorded.least_torque))]
     others = [_without_torque(found, to_beat)]
-    if not found.noise.of_base:
+    if np.all(found.is_missing) and not found.noise.of_base:
         moved = _with_noise(found, replace(found.noise, of_base=True))
         if moved.misfit < found.misfit - SHOWN:
             others.append(moved)

@@ -225,13 +225,18 @@ FORCES = (
         "varying_viscosity",
         "viscous friction in a part of the turn",
         Law(
-            torque="-coefficient*speed*exp(-(away/reach)^2/2)",
-            where=(("away", "2*atan(tan((angle - place)/2))"),),
+            # As the edge vanishes it is Gaussian; with an edge of 1 it is a parabola that ends at sqrt(2) times its reach.
+            torque="-coefficient*speed*exp(log((inside + abs(inside))/2 + 1e-12)/edge)",
+            where=(
+                ("away", "2*atan(tan((angle - place)/2))"),
+                ("inside", "1 - edge*(away/reach)^2/2"),
+            ),
         ),
         [
             EffectParameter("coefficient", "N m s", 0.0, 50.0, 0.01),
             EffectParameter("place", "rad", -math.pi, math.pi, 0.0, width=2.0, begins=_SECTORS, shape=True),
             EffectParameter("reach", "rad", 0.05, 1.5, 0.3, shape=True),
+            EffectParameter("edge", "1", 0.02, 1.0, 0.1, width=0.5, shape=True, optional=True),
         ],
         "eddy currents in what passes a magnet: Heald, Magnetic braking, Am. J. Phys. 56, 1988",
         variant="near a place",
