@@ -139,7 +139,7 @@ def _differs_by_trial(found: Identification) -> Iterator[FitWarning]:
 
 
 def _above_noise(found: Identification) -> Iterator[FitWarning]:
-    noise = found.data.noise_level
+    noise = found.whole.noise_level(found.data.noise)
     error = found.fit.rmse()
     if error > FAR_OFF * noise:
         yield FitWarning(

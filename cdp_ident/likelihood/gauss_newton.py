@@ -97,6 +97,7 @@ class GaussNewton:
         """
         change, rest, bend, least, stalled, share, is_same = np.inf, np.inf, np.inf, np.inf, 0, 1.0, False
         begun: tuple[Array, list[Array]] | None = None
+        looked = held
         for made in range(most_steps + 1):
             self._steps += made > 0
             # Where it goes on from an end it is linear already.
@@ -113,7 +114,7 @@ class GaussNewton:
             begun = self.values, self.states
             if rest < _ROUGHLY and self._taken < _TELLING and not held:
                 self._look_at_residuals()
-                is_same = False
+                looked, is_same = True, False
             # Where the motion is nearly linear in all that changes, standard deviations need no other linearisation.
             for _ in range(most_steps if rest < _ROUGHLY else 1):
                 step, torque, adapted = self._step(), self._noise.torque, np.inf
@@ -137,7 +138,8 @@ class GaussNewton:
             self._impulses, self._freedom = step.impulses, step.freedom[1]
             misfit, self.misfit = self.misfit, step.misfit
             self.converged = max(change, adapted) < self._close
-            if self.converged:
+            # Noise that is that of another model may be of another kind.
+            if self.converged and (looked or self._taken >= _TELLING):
                 break
             self._near += near
             if self._near >= _PATIENCE and max(_HOPELESS * (misfit - self.misfit), 0.0) < self.misfit - to_beat:
@@ -249,7 +251,11 @@ class GaussNewton:
             all_states.append(states + deviations[:, : states.shape[1]])
             all_impulses.append(torques)
             total += freedom
-            largest = max(largest, float(np.abs(deviations[:, :2]).max() / self._noise.encoders.max()))
+            # States that effects bring are in units of their own: what counts is what the encoders show of them.
+            own = np.delete(deviations, np.s_[states.shape[1] : n], axis=1)
+            at_samples = np.repeat(own, np.diff(part.swing.samples_at), axis=0)
+            shown = np.einsum("sij,sj->si", linear.slopes, at_samples)
+            largest = max(largest, float(np.abs(shown).max() / self._noise.encoders.max()))
         if not np.isfinite(largest):
             raise IdentificationError("the most likely motion cannot be computed")
         misfit = self._misfit(reduced, change, self._noise)
@@ -310,7 +316,7 @@ class _Step(NamedTuple):
     freedom: Array
     """(4, 2) see `forwards`."""
     change: float
-    """The largest: of a value over its deviation, or of an angle over noise."""
+    """The largest: of a value over its deviation, or of a reading over noise."""
     misfit: float
     """There, with the standard deviations from which it begins."""
 

@@ -4,6 +4,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from cdp_ident.fit.motion_model import MotionModel
 from cdp_ident.likelihood.gauss_newton import SHOWN, GaussNewton
 from cdp_ident.likelihood.noise import Noise
 from cdp_ident.likelihood.whole_swing import Recorded, WholeSwings
+from cdp_ident.model.effects.effect import JOINTS
 
 CLOSE_ENOUGH, ENOUGH_STEPS = 0.3, 30
 """A model is compared with others once no step changes it by more than this share of a standard deviation, or after so
@@ -91,10 +93,33 @@ def best_of(
             best = min(begun, key=lambda one: one.misfit)
             if best.misfit > promised:
                 return None, failures
-            return (best if best.converged else best.run(most_steps, to_beat)).found(), failures
+            return _at_instants((best if best.converged else best.run(most_steps, to_beat)).found()), failures
     except (IdentificationError, np.linalg.LinAlgError) as error:
         failures.append(str(error))
     return None, failures
+
+
+def _at_instants(found: WholeSwings) -> WholeSwings:
+    """Return a model whose lost counts are lost between the samples that show it: steps have no derivative by that.
+
+    Raises:
+        IdentificationError: no motion can be computed.
+    """
+    values, swings = found.values.copy(), zip(found.recorded.swings, found.linear, strict=True)
+    lost = [(k, a) for k, a in enumerate(found.model.effects) if a.effect.at_an_instant and not a.effect.moves]
+    for (index, active), (swing, linear) in product(lost, swings):
+        slip, instant = values[found.model.places(index)]
+        time = swing.begin + swing.time
+        near = np.abs(time - instant) < swing.spacing
+        if swing.trial == active.trial and np.any(near):
+            time, residuals = time[near], linear.residuals[near, JOINTS.index(active.effect.joint)]
+            later = time >= time[:, None]  # of each sample, which others have lost the counts if it is the first one
+            squares = np.sum((residuals + slip * (later.astype(float) - (time >= instant))) ** 2, axis=1)
+            values[found.model.places(index)] = slip, time[np.argmin(squares)]
+    if np.all(values == found.values):
+        return found
+    again = GaussNewton(found.model, values, found.recorded, found.states, found.noise, CLOSE_ENOUGH).run(ENOUGH_STEPS)
+    return min(found, again.found(), key=lambda one: one.misfit)
 
 
 def _other_maxima(found: WholeSwings, to_beat: float = np.inf) -> list[WholeSwings]:

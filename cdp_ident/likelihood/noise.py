@@ -227,7 +227,7 @@ class Noise:
             weighted = rates / sizes**2
             of_left, expected = (np.sum(weighted * of, axis=1) for of in (left, rates))
             more = np.sum(of_left**2 - expected) / np.sqrt(2.0 * np.sum(expected**2))
-            if more < _SURE:
+            if not more >= _SURE:
                 return replace(self, time=0.0)
             time = float(np.sqrt(np.sum(sizes**2) / np.sum(np.mean(rates**2, axis=0))))
         for _ in range(_MM_STEPS):

@@ -39,7 +39,7 @@ def verdict(trace: Trace) -> str:
         if count > 1 and all(effect.certainty == "acts_like" for effect in effects):
             subject += ", or what acts like them,"
     after = withdrawn.holdout if withdrawn else trace.after.holdout.rmse()
-    noise, significant = trace.completed.data.noise_level, trace.unexplained.significant
+    noise, significant = trace.noise_level, trace.unexplained.significant
     why, late, before = "no known effect explains it", "", trace.before.holdout.rmse()
     if trace.selection is None:
         why = "effects could not be looked for"

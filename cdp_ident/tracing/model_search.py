@@ -11,6 +11,7 @@ gives, all evidence shrinks by itself. What is imitated there, errors over windo
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 
@@ -29,6 +30,7 @@ from cdp_ident.likelihood.whole_swing import WholeSwings
 from cdp_ident.machine.parallel import parallel_map
 from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.tracing.neighbours import (
+    FEW,
     Neighbour,
     additions,
     at_the_place_of,
@@ -42,6 +44,7 @@ from cdp_ident.tracing.neighbours import (
     replacements,
     scores_of,
     simplifications,
+    together,
     without_effect,
 )
 from cdp_ident.tracing.odds import NOT_DISTINGUISHED, cost, cost_unless_imitated, imitated, size_of, unlikelihood_of
@@ -127,10 +130,14 @@ class ModelSearch:
             neighbours = first(e for e in additions(self.best, self.scores) if len(e.model.effects) <= _MOST_EFFECTS)
             extended = [*extended_models(self.best)]
             # No score tells which of these is more promising than the additions: they compete at once.
-            at_once = [form for form in extended if form.unscored]
+            at_once = [form for form in extended if not form.model.effects[-1].effect.has_score]
             extended += [form for each in neighbours for form in extended_replacements(self.best, each, self.best)]
-            before, hidden, suggested = self.best, [*suggested, *extended], ()
-            if self._move(neighbours, "added", hidden, at_once):
+            before, hidden = self.best, [*suggested, *extended]
+            moved = self._move(neighbours, "added", hidden, at_once)
+            if suggested and hides_more(self.best):
+                moved = self._combine(suggested) or moved
+            suggested = ()
+            if moved:
                 if self.best.model.effects[-1].effect.curve is not None:
                     self._spell_out(before)
                 self._exchange_for_rivals(before)
@@ -294,9 +301,17 @@ class ModelSearch:
         except (np.linalg.LinAlgError, ValueError) as error:
             self.failures.append(f"effects like {self.best.model.effects[-1].key}: {error}")
         tried = [*self._grown(before, named_only=True, alike=alike)]
-        named, added = tried[-1] if tried else (before, ())
+        named, added = min(tried, key=lambda pair: self.cost(pair[0]), default=(before, ()))
         if self.cost(named) < 0.0 and self._errors.explains(named, self.best):
             self._note(f"exchanged for {' and '.join(added)}", named, tried)
+
+    def _combine(self, suggested: Sequence[Neighbour]) -> bool:
+        """Try two of the suggestions at once: each may promise little while what the other one brings is missing."""
+        keys = dict.fromkeys(_key(each.model) for each in suggested)
+        promising = [found for key in keys if (found := self.fitted.get(key)) and cost(found, self.paper) < 0.0]
+        some = sorted(promising, key=self.cost)[:FEW]
+        pairs = [pair for one, other in combinations(some, 2) for pair in together(one, other)]
+        return self._move(pairs, "exchanged for")
 
     def _exchange_for_rivals(self, before: WholeSwings) -> None:
         """Try what was added last beside other models than the one that was the best one before, if more is hidden."""
@@ -332,28 +347,31 @@ class ModelSearch:
         return found
 
     def _grown(self, found: WholeSwings, named_only: bool, alike: Sequence[Neighbour] = ()) -> Iterator[_Fitted]:
-        """Yield a model with several effects more, one after the other, as long as each makes it more probable.
+        """Yield the most probable model with one effect more, with two and so on, each of which is more probable so.
+
+        The few most probable ones of each size go on: which of two effects is, may change with what is beside it.
 
         Args:
             found: the model.
             named_only: whether nonparametric torques are left out.
             alike: neighbours of it besides those that scores propose.
         """
-        added = tuple[str, ...]()
+        grown: list[_Fitted] = [(found, ())]
         for _ in range(SEVERAL):
-            scored = [s for s in self._scores_of(found) if not (named_only and s.active.effect.curve)]
-            better = self._better(found, [*alike, *first(additions(found, scored))])
-            better = better or self._better(found, [*extended_models(found)])
-            if better is None:
+            larger = dict[int, _Fitted]()
+            for origin, added in grown:
+                scored = [s for s in self._scores_of(origin) if not (named_only and s.active.effect.curve)]
+                better = self._better(origin, [*alike, *first(additions(origin, scored))])
+                for more, what in better or self._better(origin, [*extended_models(origin)]):
+                    larger.setdefault(id(more), (more, (*added, *what)))
+            if not larger:
                 return
-            found, added, alike = better[0], (*added, *better[1]), ()
-            yield found, added
+            grown, alike = sorted(larger.values(), key=lambda pair: self.cost(pair[0]))[:FEW], ()
+            yield grown[0]
 
-    def _better(self, than: WholeSwings, neighbours: Sequence[Neighbour]) -> _Fitted | None:
-        """Return the most probable neighbour of a model, with what it has more; None where none is better."""
-        fitted = self._fit_all(neighbours, than.misfit)
-        best, what = min(fitted, key=lambda pair: cost(pair[0], than), default=(than, ()))
-        return (best, what) if cost(best, than) < 0.0 else None
+    def _better(self, than: WholeSwings, neighbours: Sequence[Neighbour]) -> list[_Fitted]:
+        """Return the neighbours of a model that are more probable, with what they have more."""
+        return [(found, what) for found, what in self._fit_all(neighbours, than.misfit) if cost(found, than) < 0.0]
 
     def _replace(self) -> bool:
         """Try other effects in the place of each one, their extended forms, and an extended model of another one."""

@@ -25,7 +25,7 @@ from cdp_ident.model.layout import RODS_STATES
 from cdp_ident.model.time_grid import between
 from cdp_ident.tracing.odds import ambiguity, unlikelihood
 
-_TRIED = 4
+FEW = 4
 """So many of the most promising additions are fitted at a step: of effects that imitate one another they are enough."""
 _BENDS = (1e-3, 1e-2, 1e-1)
 """Smoothness of curves, from which their score chooses; see `ActiveEffect.bend`."""
@@ -68,7 +68,7 @@ def first(neighbours: Iterable[Neighbour]) -> list[Neighbour]:
     """Return the first neighbours, of a few effects."""
     chosen = dict[tuple[str, ...], list[Neighbour]]()
     for each in neighbours:
-        if each.what not in chosen and len(chosen) == _TRIED:
+        if each.what not in chosen and len(chosen) == FEW:
             break
         chosen.setdefault(each.what, []).append(each)
     return [each for of_effect in chosen.values() for each in of_effect]
@@ -239,8 +239,7 @@ def extended_models(found: WholeSwings) -> Iterator[Neighbour]:
         for form in [] if active.is_difference else _extended([active.effect]):
             for values in islice(beginnings_of(found, _by_name(found, index), form), 1):
                 if more or not form.has_score:
-                    extended = _instead(found, index, replace(active, effect=form), values)
-                    yield replace(extended, unscored=not form.has_score)
+                    yield _instead(found, index, replace(active, effect=form), values)
 
 
 def hides_more(found: WholeSwings) -> bool:
@@ -333,6 +332,18 @@ def beside_rivals(found: WholeSwings, before: WholeSwings, rivals: Sequence[Whol
                 if not _in_the_way(added.effect, instead[0].effect):
                     yield replace(with_one_more(rival, added, values), what=(instead[0].key,))
                 break
+
+
+def together(one: WholeSwings, other: WholeSwings) -> Iterator[Neighbour]:
+    """Yield the model with the effects of two others, unless some are in each other's way."""
+    present = {active.effect for active in one.model.effects}
+    more = [k for k, active in enumerate(other.model.effects) if active.effect not in present]
+    if more and not any(_in_the_way(other.model.effects[k].effect, effect) for k in more for effect in present):
+        model, values = one.model, one.values
+        for k in more:
+            model = model.with_effect(other.model.effects[k])
+            values = np.concatenate([values, other.values[other.model.places(k)]])
+        yield Neighbour(model, values, tuple(active.key for active in model.effects), one)
 
 
 def extended_replacements(found: WholeSwings, replacement: Neighbour, without: WholeSwings) -> Iterator[Neighbour]:

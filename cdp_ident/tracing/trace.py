@@ -78,6 +78,12 @@ class Trace:
         return self.completed.covariance
 
     @property
+    def noise_level(self) -> float:
+        """Root mean square of the encoders' noise [rad], with what lasts longer than from one sample to the next."""
+        data = self.completed.data
+        return self.whole.noise_level(data.noise) if self.whole else data.noise_level
+
+    @property
     def physical(self) -> PhysicalValues:
         """Physical values of the model with the effects."""
         return self.completed.physical

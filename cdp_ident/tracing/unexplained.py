@@ -44,7 +44,7 @@ def unexplained(final: FinalModel, whole: WholeSwings | None, noise: Array, iner
         inertia: A22; where it is but guessed, words give torques over it.
     """
     errors = np.array([max(fit.rmse(angle) for fit in (final.fit, final.holdout)) for angle in range(2)])
-    times = final.holdout.rmse() / float(np.sqrt(np.mean(noise**2)))
+    times = final.holdout.rmse() / (whole.noise_level(noise) if whole else float(np.sqrt(np.mean(noise**2))))
     if whole is None:
         worst = int(np.argmax(errors / noise))
         more = bool(np.any(errors > LARGER * noise))

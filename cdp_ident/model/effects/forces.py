@@ -151,8 +151,13 @@ FORCES = (
     *in_joints(
         "joint_spring",
         "a spring across the joint that stiffens",
-        Law(torque="torque - stiffness*angle - hardening*angle^3"),
-        [_STIFFNESS, _TORQUE, EffectParameter("hardening", "N m/rad^3", -100.0, 100.0, 0.01)],
+        Law(torque="torque - stiffness*angle - hardening*(angle - rest_angle)^3"),
+        [
+            _STIFFNESS,
+            _TORQUE,
+            EffectParameter("hardening", "N m/rad^3", -100.0, 100.0, 0.01),
+            EffectParameter("rest_angle", "rad", -math.pi, math.pi, 0.0, width=0.3, shape=True, optional=True),
+        ],
         "Duffing: Kovacic and Brennan, The Duffing Equation, 2011",
         variant="hardening",
         contains="joint_spring",
