@@ -138,8 +138,12 @@ class GaussNewton:
             self._impulses, self._freedom = step.impulses, step.freedom[1]
             misfit, self.misfit = self.misfit, step.misfit
             self.converged = max(change, adapted) < self._close
-            # Noise that is that of another model may be of another kind.
-            if self.converged and (looked or self._taken >= _TELLING):
+            if self.converged and not looked and self._taken < _TELLING:
+                # The noise is that of another model still, and may be of another kind.
+                before_it, looked = self._noise, True
+                self._look_at_residuals()
+                self.converged = self._noise.kind == before_it.kind
+            if self.converged:
                 break
             self._near += near
             if self._near >= _PATIENCE and max(_HOPELESS * (misfit - self.misfit), 0.0) < self.misfit - to_beat:

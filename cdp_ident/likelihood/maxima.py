@@ -126,8 +126,7 @@ def _other_maxima(found: WholeSwings, to_beat: float = np.inf) -> list[WholeSwin
     """Return other maxima of the likelihood of a model that leaves more than noise, close enough to compare.
 
     Unknown torques follow what is autocorrelated noise, that noise follows what is motion, and a joint that dry
-    friction holds is not held where torques move it. What is taken for torques in both joints may be a base that moves,
-    if that leaves no torque in the outer one.
+    friction holds is not held where torques move it. What is taken for torques in both joints may be a base that moves.
 
     Args:
         found: one maximum.
@@ -143,7 +142,7 @@ def _other_maxima(found: WholeSwings, to_beat: float = np.inf) -> list[WholeSwin
     others = [_without_torque(found, to_beat)]
     if not found.noise.of_base:
         moved = _with_noise(found, replace(found.noise, of_base=True))
-        if moved.misfit < found.misfit - SHOWN and not moved.is_missing[1]:
+        if moved.misfit < found.misfit - SHOWN:
             others.append(moved)
     return others
 

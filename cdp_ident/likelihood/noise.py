@@ -141,6 +141,11 @@ class Noise:
         """Whether nothing of a reading's noise is in the next one's."""
         return not np.any(self.kept)
 
+    @property
+    def kind(self) -> tuple[bool, bool, bool]:
+        """Whether it is of absolute angles, whether it is white, and whether times have errors."""
+        return self.absolute, self.is_white, self.time > 0.0
+
     def whitened(self, swing: Swing, linear: Linearised, tails: Array | None = None) -> Whitened:
         """Return a linearised swing whose readings have white noise of size one; outliers count less.
 
@@ -255,7 +260,8 @@ class Noise:
         a, b = (1.0 - kept**2) * (variance - white) + (1.0 + kept**2) * white, kept * white
         mixed = np.where(b > 0.0, 2.0 * b / (a + np.sqrt(np.maximum(a**2 - 4.0 * b**2, 0.0))), 0.0)
         found = replace(self, kept=kept, mixed=mixed, time=0.0)
-        return replace(found, new=self.sizes / np.sqrt(found._gain))
+        sizes = np.where(covariances[0] > 0.0, np.sqrt(variance), self.sizes)
+        return replace(found, new=sizes / np.sqrt(found._gain))
 
     def of_other_angles(self, swings: Sequence[Swing], linear: Sequence[Linearised]) -> "Noise":
         """Return white noise that is independent in the absolute angles, or else in the encoders, as residuals show."""

@@ -201,7 +201,7 @@ class ModelSearch:
         if probable:
             best, what = probable[0]
             for other, with_what in probable[1:]:
-                if size_of(other.model) <= size_of(best.model) and self._errors.leaves_less(other, best):
+                if _is_no_larger(other.model, best.model) and self._errors.leaves_less(other, best):
                     best, what = other, with_what
             self._note(f"{action} {' and '.join(what)}", best, tried)
             return True
@@ -460,6 +460,11 @@ _SURE = 100.0
 """An effect whose strength has a square larger by this than what is imitated is not tried to be dropped."""
 _AT_LEAST = 1e-2
 """Unknown torques to begin with where an effect is left out, over large ones."""
+
+
+def _is_no_larger(one: MotionModel, other: MotionModel) -> bool:
+    """Return whether a model has no more effects than another one, and no more states: those of windows are fitted."""
+    return size_of(one) <= size_of(other) and one.states <= other.states
 
 
 def _key(model: MotionModel) -> Key:

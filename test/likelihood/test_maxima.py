@@ -2,14 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Steps to a maximum of the likelihood: how many they are, and which of several beginnings is followed."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from cdp_ident.fit.active_effect import ActiveEffect
 from cdp_ident.likelihood.gauss_newton import GaussNewton
 from cdp_ident.likelihood.maxima import CLOSE_ENOUGH, ENOUGH_STEPS, NEAR, best_of
 from cdp_ident.likelihood.noise import Noise
 from cdp_ident.likelihood.recorded import states_of
-from scenarios.swings import BEGIN, MODEL, TIME, TRUE, measured, motion, recorded, with_effect
+from scenarios.swings import BEGIN, MODEL, TIME, TRUE, known, measured, motion, recorded, with_effect
 
 NOWHERE = np.full(len(BEGIN), np.nan)
 
@@ -70,6 +73,18 @@ def test_an_instant_at_which_nothing_happens_stays_in_its_trial(swings):
     for size in (0.0, 1e-9, 1e-5):
         time = with_effect(found, "encoder_slip.outer", size, 4.0, trial=0).values[-1]
         assert 0.0 <= time <= TIME[-1] + 1.0
+
+
+@pytest.mark.parametrize(("joint", "begins"), [("inner", 4.1), ("outer", 4.14)])
+def test_counts_are_lost_between_the_samples_that_show_it(joint, begins):
+    lost, shown = 0.05, [1.0, 1.0] if joint == "inner" else [0.0, 1.0]
+    trial = measured(motion(), np.random.default_rng(2))
+    slipped = recorded([replace(trial, theta=trial.theta + lost * (TIME > 4.118)[:, None] * shown)], NEAR)
+    model = MODEL.with_effect(ActiveEffect(known(f"encoder_slip.{joint}"), trial=0))
+    noise, values = Noise.white(slipped.encoders, slipped.large_torque), np.append(BEGIN, [lost, begins])
+    found, _ = best_of([GaussNewton(model, values, slipped, states_of(slipped, model), noise, CLOSE_ENOUGH)])
+    assert found.values[-2:] == pytest.approx([lost, 4.12], abs=1e-4)
+    assert not np.any(found.leaves_more)
 
 
 def test_no_more_steps_are_made_than_asked_for(swings):

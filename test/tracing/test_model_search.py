@@ -137,6 +137,20 @@ def test_of_several_effects_each_may_explain_little_while_the_others_are_missing
     assert [set(action.removeprefix("added ").split(" and ")) for action in at_once] == [effects] * bool(effects)
 
 
+def test_a_filter_is_as_probable_as_a_delay_that_is_like_it():
+    """Its states begin at zero, and no angle of the rods changes with them."""
+    angles, late = motion(), 3e-4
+    shown = np.column_stack([angles[:, 0], np.interp(TIME - late, TIME, angles[:, 1] - angles[:, 0]) + angles[:, 0]])
+    search = begun([measured(shown, np.random.default_rng(4))])
+    delay = with_effects(search, **{"time_offset.outer": late})
+    (delayed, _), (filtered, _) = search._fit_all(
+        [delay, with_effects(search, **{"encoder_filter.outer.first order": late})], np.inf
+    )
+    assert search.cost(delayed) < -100.0
+    assert search.cost(filtered) == pytest.approx(search.cost(delayed), abs=6.0)
+    assert filtered.converged
+
+
 def test_the_same_input_gives_the_same_steps(found):
     search, _ = found
     again = begun([rubbing()])

@@ -21,6 +21,7 @@ from cdp_ident.tracing.neighbours import (
     scores_of,
     simplifications,
     strength,
+    together,
 )
 from cdp_ident.tracing.odds import unlikelihood
 from scenarios.swings import TIME, fitted, known, measured, motion, recorded, with_effect
@@ -119,7 +120,6 @@ def test_an_extended_model_begins_with_what_it_contains(with_friction):
     # Where no torque is missing scores tell, but of what has none.
     unscored = list(extended_models(replace(with_friction, is_missing=np.zeros(2, dtype=bool))))
     assert [neighbour.what for neighbour in unscored] == [("presliding_friction.outer",)]
-    assert [neighbour.unscored for neighbour in forms] == ["presliding" in neighbour.what[0] for neighbour in forms]
 
 
 def test_an_encoder_that_is_early_is_behind_no_filter_but_the_other_one_may_be(rubbing):
@@ -310,3 +310,16 @@ def test_what_was_added_last_is_tried_beside_the_best_rival_of_each_effect_befor
     assert not [*beside_rivals(found, before, [found, before, rubbing])]
     # What the addition is another form of is not beside it.
     assert not [*beside_rivals(beside(before, "encoder_filter.outer.first order", 0.01), before, [rival])]
+
+
+def test_two_models_together_have_the_effects_of_both_unless_they_are_in_each_other_s_way(rubbing, with_friction):
+    slipping = with_effect(rubbing, "encoder_slip.inner", 1e-3, 4.0, trial=0)
+    (pair,) = together(with_friction, slipping)
+    assert pair.what == pair.model.labels == (DRY, "encoder_slip.inner")
+    np.testing.assert_array_equal(pair.values, [*with_friction.values, *slipping.values[-2:]])
+    assert not [*together(with_friction, with_friction)]
+    one, other = (
+        replace(rubbing, model=rubbing.model.with_effect(ActiveEffect(known(key))))
+        for key in ("encoder_filter.outer", "encoder_filter.outer.first order")
+    )
+    assert not [*together(one, other)]
