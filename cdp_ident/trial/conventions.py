@@ -164,8 +164,8 @@ def _contradiction(recorded: Recorded, given: Balance, best: Balance, mechanism:
 def _impossible(given: Balance) -> str:
     """Say why no double pendulum moves as the angles say; nothing where one may."""
     lumped = given.lumped
-    # What may be no rods' at all has to hold up to what noise and smoothing leave.
-    if lumped.unexplained > (EVIDENT if lumped.may_be_rods or lumped.beyond <= SOME else GOOD):
+    # What is certain to be rods may have any effects. All else has to hold up to what noise and smoothing leave.
+    if not lumped.may_be_rods and lumped.unexplained > (EVIDENT if lumped.beyond <= SOME else GOOD):
         if given.meaning.input == "joints":
             return ""  # what motors do may differ so far from what is recorded of them
         return (
