@@ -10,6 +10,7 @@ from cdp_ident.arrays import Array, Indices, Mask
 from cdp_ident.errors import TrialError
 from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.trial.kinematics import SAME, encoder_step
+from cdp_ident.trial.scales import too_slow
 
 _FAST = 3.5
 """Steps of the encoder in a change of readings that is motion, in which none is repeated by rounding."""
@@ -325,10 +326,13 @@ def said_again(readings: Array) -> tuple[Mask, str]:
     )
 
 
-def check_publishers(readings: Array, topic: str) -> None:
-    """Raise TrialError where samples of a topic (n, 2) go to and fro between two motions."""
+def check_publishers(readings: Array, time: Array, topic: str) -> None:
+    """Raise TrialError where samples of a topic (n, 2) go to and fro between two motions.
+
+    One motion may seem to do so where samples at `time` (n,) [s] are too far apart.
+    """
     count = len(readings) - _NEXT
-    if count < 3 * _NEXT:
+    if count < 3 * _NEXT or too_slow(time):
         return
     apart = [np.max(np.abs(readings[k:] - readings[:-k])[:count], axis=1) for k in range(1, _NEXT + 1)]
     # The next ones are those of the other motion, too, where it is heard more often.

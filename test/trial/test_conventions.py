@@ -166,7 +166,7 @@ def test_a_counter_begins_in_the_range_in_which_gravity_pulls_down_however_the_s
 def test_no_other_range_of_a_counter_hides_a_zero_that_is_half_a_turn_off(samples, turns):
     ranges = (2 * np.pi * turns, 0.0)
     hanging = replace(samples, angles=samples.angles - [np.pi + ranges[0], 0.0], ranges=ranges)
-    with pytest.raises(TrialError, match="the data contradict zero: upright .*: set zero: hanging"):
+    with pytest.raises(TrialError, match=r"the data contradict zero: upright .*: set zero: hanging"):
         find_trial(in_right_ranges(hanging, TrialOptions()), TrialOptions())
 
 

@@ -197,9 +197,9 @@ def test_two_that_move_alternate_and_one_does_not():
     mixed = np.stack([MOTION, other], axis=1).reshape(-1, 2)
     for two in (mixed, np.insert(MOTION, np.arange(0, len(MOTION), 4), FLICKER, axis=0)):
         with pytest.raises(TrialError, match="samples on /states alternate between two motions"):
-            check_publishers(two, "/states")
+            check_publishers(two, 0.005 * np.arange(len(two)), "/states")
     for one in (MOTION, np.repeat(MOTION, 3, axis=0)):
-        check_publishers(one, "/states")
+        check_publishers(one, 0.005 * np.arange(len(one)), "/states")
 
 
 @pytest.mark.parametrize("step", [1e-9, COUNT, 2 * np.pi / 400])
