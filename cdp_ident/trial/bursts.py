@@ -202,8 +202,10 @@ def _slewed(off: Array, step: float) -> float:
 
     Its stamps of samples are `off` (n,) even times by so much [s]. 0 where these are not of such a clock.
     """
+    if len(off) < _PARTS * NEAR:
+        return 0.0
     paces = np.diff([np.mean(part) for part in np.array_split(off, _PARTS)]) * _PARTS / (step * len(off))
-    is_alike = len(off) >= _PARTS * NEAR and np.mean(np.diff(paces) ** 2) < _ALIKE * np.var(paces)
+    is_alike = np.mean(np.diff(paces) ** 2) < _ALIKE * np.var(paces)
     return float(np.std(paces)) if is_alike and np.max(np.abs(paces)) < _SLEWED else 0.0
 
 

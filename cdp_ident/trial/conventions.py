@@ -267,7 +267,8 @@ def gravity_of(samples: Samples, options: TrialOptions) -> Array | None:
 def in_right_ranges(samples: Samples, options: TrialOptions) -> Samples:
     """Return samples whose counters of a few bits began in the range in which gravity pulls down.
 
-    They are left as they are where the motion is too little to tell.
+    Where it pulls far more nearly straight up in one, the zero is the opposite one: that range shows it, and no other
+    one hides it. Samples are left as they are where the motion is too little to tell.
     """
     off = gravity_of(samples, options) if any(samples.ranges) else None
     if off is None:
@@ -275,13 +276,18 @@ def in_right_ranges(samples: Samples, options: TrialOptions) -> Samples:
     sizes = in_radians(np.array(samples.ranges), options)
     # What one more range of each joint's counter adds to theta1 and theta2.
     steps = model_angles(np.diag(sizes), options) - model_angles(np.zeros((1, 2)), options)
-    more = np.zeros(2)
-    for joint in np.flatnonzero(sizes):
-        most = max(1, round(np.pi / sizes[joint]))
-        tried = np.arange(-most, most + 1)
-        away = more @ steps[:, joint] + tried * steps[joint, joint] - off[joint]
-        more[joint] = tried[np.argmin(np.abs(np.angle(np.exp(1j * away))))]
-    return replace(samples, angles=samples.angles + more * samples.ranges)
+    least, chosen = np.inf, np.zeros(2)
+    for straight in (0.0, np.pi):
+        more, left = np.zeros(2), np.zeros(2)
+        for joint in range(2):
+            most = max(1, round(np.pi / sizes[joint])) if sizes[joint] else 0
+            tried = np.arange(-most, most + 1)
+            away = more @ steps[:, joint] + tried * steps[joint, joint] - off[joint] - straight
+            away = np.abs(np.angle(np.exp(1j * away)))
+            more[joint], left[joint] = tried[np.argmin(away)], np.min(away)
+        if left[0] < MUCH_BETTER * least:
+            least, chosen = left[0], more
+    return replace(samples, angles=samples.angles + chosen * samples.ranges)
 
 
 def found_units(samples: Samples, options: TrialOptions) -> tuple[Balance | None, Balance | None]:

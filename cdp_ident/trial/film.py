@@ -95,8 +95,9 @@ def rods_on_film(points: Array, y_down: bool, tried: int = 0) -> Film:
     if is_at_rest:
         points[:, 0] = np.median(pivot, axis=0)
         length, tolerance = _length(points[seen])
-    repeated = _repeated(points)
     exchanged, lost = _exchanged(points, seen, length, tolerance)
+    in_order = np.where(exchanged[:, None, None], points[:, [0, 2, 1]], points)
+    repeated = _repeated(np.where(lost[:, None, None], np.nan, in_order))
     for rod in (0, 1) if not tried and np.any(lost) else ():
         # Of a stretched circle, parts are not where the joint can be.
         if stretch := _stretch(points[seen], rod):
@@ -207,16 +208,34 @@ def _of_lens(at: Array) -> Array:
 
 
 def _repeated(points: Array) -> Mask:
-    """Return which frames (n,) have every marker exactly where the frame before has it, but for those at rest.
+    """Return which frames (n,) have every marker where the frame before has it, but for those at rest.
 
-    There the next frame that differs does so by no more than the least step, as of markers in whole pixels.
+    At rest the next frame that differs does so by no more than the least step, as of markers in whole pixels.
+
+    In a film that was compressed and tracked anew, markers are nearly there: the step is less than half of what it
+    would be evenly over the frames about it, and of the next one. A tracker's noise may look so in slow motion; hence
+    one frame in `_BLOCKS` or more of the faster half must be such.
     """
     steps = np.abs(np.diff(points, axis=0))
     least = np.min(steps[steps > 0], initial=np.inf)
-    steps = np.nan_to_num(np.max(steps, axis=(1, 2)), nan=np.inf)
-    changes = np.concatenate([[True], steps > 0])
-    after = np.append(steps[steps > 0], 0.0)
-    return np.asarray(~changes & (after[np.cumsum(changes) - 1] > _REST * least))
+    steps = np.append(np.inf, np.nan_to_num(np.max(steps, axis=(1, 2)), nan=np.inf))
+    exactly = steps == 0
+    nearly, fast = exactly.copy(), np.zeros(len(points), dtype=bool)
+    while True:
+        kept = np.flatnonzero(~nearly)
+        step, about = (
+            np.max(np.abs(points[kept[k:]] - points[kept[:-k]]), axis=(1, 2)) / (kept[k:] - kept[:-k]) for k in (1, 3)
+        )
+        again = kept[2:-1][step[1:-1] < about / 2]
+        if not len(again):
+            break
+        if not np.any(fast):
+            fast[kept[2:-1]] = about > np.nanmedian(about)
+        nearly[again] = True
+    is_such = np.count_nonzero(fast & nearly) * _BLOCKS > np.count_nonzero(fast)
+    changes = ~nearly if is_such else ~exactly
+    after = np.append(steps[changes], 0.0)[np.cumsum(changes)]
+    return np.asarray(~changes & (after > _REST * least) & (steps < after / 2))
 
 
 def _length(points: Array) -> tuple[float, float]:

@@ -20,9 +20,10 @@ from cdp_ident.trial.lumped import DRIVEN_JOINTS, FREE_JOINTS, explained
 from cdp_ident.trial.meaning import GOOD, MUCH_BETTER, SOME, Balance, balance_of, in_model_angles
 from cdp_ident.trial.mechanisms import driven
 from cdp_ident.trial.options import Input, TrialOptions
+from cdp_ident.trial.order import elapsed
 from cdp_ident.trial.outliers import outlier_words
 from cdp_ident.trial.recorded_motion import Recorded, at_rest, cart_driven, covered, moving_windows, recorded_motion
-from cdp_ident.trial.scales import PER_UNIT
+from cdp_ident.trial.scales import PER_UNIT, too_slow
 from cdp_ident.trial.trial import Trial, joined
 
 _MOSTLY = 0.5
@@ -36,8 +37,8 @@ _INSTANT = PER_UNIT // 2
 _NEAR = 5 * PER_UNIT // 2
 """An impulse or a small torque so near [grid points] a hand is the hand's."""
 _TRACE = 0.3
-"""Torque next to a hand that is the hand's too, as a share of what tells of one: without it the example bags begin 30 ms
-earlier, and a torque is missing in what is left."""
+"""Torque next to a hand that is the hand's too, as a share of what tells of one: without it the example bags begin 30
+ms earlier, and a torque is missing in them."""
 _NOISE = 14.0
 """A torque must exceed the median of the windows fitted to by this factor, which is about eight times their noise."""
 
@@ -84,8 +85,19 @@ def find_trial(samples: Samples, options: TrialOptions) -> Found:
     """Find the longest motion without input, or with a known one, and check what the options say about the angles.
 
     Raises TrialError where the data contradict the conventions, there is no motion long enough, or a hand led the rods
-    up and they swing too shortly to tell it from free motion.
+    up and they swing too shortly to tell it from free motion. What is found in samples too far apart is no cause: first
+    of all, that is said.
     """
+    try:
+        return _found_of(samples, options)
+    except TrialError as error:
+        if slow := too_slow(elapsed(samples.stamps)):
+            raise type(error)(f"{slow}; {error}") from error
+        raise
+
+
+def _found_of(samples: Samples, options: TrialOptions) -> Found:
+    """Find the trial in samples that are taken to be close enough together."""
     other_units = smaller_units_found(samples, options)
     if other_units and options.conventions == "refuse":
         raise TrialError(f"{other_units}; {options.insist}")

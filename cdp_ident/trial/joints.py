@@ -119,7 +119,7 @@ def select_joints(recording: JointRecording, options: TrialOptions) -> tuple[Sam
             f"no sample of {recording.topic} has a usable number for both {' and '.join(wanted)}: {lacking} of "
             f"{len(known)} lack one"
         )
-    check_publishers(angles, recording.topic)
+    check_publishers(angles, at, recording.topic)
     cart: Array | None = None
     if options.cart_joint in recording.joints:
         # A cart published in messages of its own is taken at the times of the rods' samples.

@@ -10,6 +10,7 @@ from cdp_ident.arrays import Array, Indices, Mask
 from cdp_ident.errors import TrialError
 from cdp_ident.model.effects.effect import JOINTS
 from cdp_ident.trial.kinematics import SAME, encoder_step
+from cdp_ident.trial.scales import too_slow
 
 _FAST = 3.5
 """Steps of the encoder in a change of readings that is motion, in which none is repeated by rounding."""
@@ -45,6 +46,8 @@ _LIKE = 0.02
 """Share by which a wrap may seem to differ from a power of two of the encoder's steps, or from a turn."""
 _FEWEST_WRAPS = 5
 """So many of the same size are wraps whatever it is."""
+_COUNTED = 16
+"""Of so many bits at most, the digits of readings tell a counter's range better than its jumps do."""
 _TURNS = 10
 """Turns of a second publisher before it is one."""
 _SHARE = 0.05
@@ -257,12 +260,18 @@ def continuous(readings: Array) -> tuple[Array, float, str]:
         return np.asarray(np.unwrap(readings)), 0.0, ""
     if abs(size / 360.0 - 1.0) < _LIKE:
         return np.asarray(np.unwrap(readings, period=360.0)), 0.0, "wrap after 360"
-    step = encoder_step(readings) or 1.0
-    counts = size / step
-    bits = round(np.log2(max(counts, 1.0)))
-    is_binary = bits >= 8 and abs(counts / 2**bits - 1.0) < _LIKE
+    # In the order of readings, counts show also where motion is fast, and their gaps tell a count to the last digit.
+    gaps = np.diff(np.sort(readings))
+    if step := encoder_step(readings) or encoder_step(np.sort(readings)):
+        near = gaps < _STEPS * step
+        step = float(np.sum(gaps[near]) / np.sum(np.round(gaps[near] / step)))
+    step = step or 1.0
+    bits = round(np.log2(max(size / step, 1.0)))
+    is_binary = bits >= 8 and abs(size / step / 2**bits - 1.0) < _LIKE
     if not is_binary and (len(sizes) < _FEWEST_WRAPS or np.ptp(sizes) > _LIKE * size):
         return readings, 0.0, ""
+    if is_binary and bits <= _COUNTED:
+        size = step * 2**bits
     # A whole number of steps from one reading to the next: so many billions of them would add up their rounding.
     period = jumps[0] + step * round((size - jumps[0]) / step)
     limit = f"{2**bits} counts ({bits} bits)" if is_binary else f"{period:.4g}"
@@ -317,10 +326,13 @@ def said_again(readings: Array) -> tuple[Mask, str]:
     )
 
 
-def check_publishers(readings: Array, topic: str) -> None:
-    """Raise TrialError where samples of a topic (n, 2) go to and fro between two motions."""
+def check_publishers(readings: Array, time: Array, topic: str) -> None:
+    """Raise TrialError where samples of a topic (n, 2) go to and fro between two motions.
+
+    One motion may seem to do so where samples at `time` (n,) [s] are too far apart.
+    """
     count = len(readings) - _NEXT
-    if count < 3 * _NEXT:
+    if count < 3 * _NEXT or too_slow(time):
         return
     apart = [np.max(np.abs(readings[k:] - readings[:-k])[:count], axis=1) for k in range(1, _NEXT + 1)]
     # The next ones are those of the other motion, too, where it is heard more often.

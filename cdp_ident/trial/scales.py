@@ -31,6 +31,8 @@ _FEWEST_UNITS = 8
 _MOST_POINTS = 1_000_000
 """Grid points that a recording may take."""
 _FEWEST = 16
+_SLOWEST = 0.1
+"""Samples so far apart [s] show no swing of a rig's two rods: at 7 Hz and less, 36 of 36 recordings were refused."""
 _NO_MOTION = 0.2
 """Time scale [s] of a recording in which nothing moves: that of a rig of 0.4 m."""
 
@@ -72,6 +74,16 @@ def sampling_step(time: Array) -> float:
     steps = np.diff(time)
     steps = steps[steps > 0]
     return float(np.median(steps)) if len(steps) else 0.0
+
+
+def too_slow(time: Array) -> str:
+    """Return that samples at `time` (n,) [s] are too far apart to show how rods swing, in words; empty if not."""
+    if (step := sampling_step(time)) < _SLOWEST:
+        return ""
+    return (
+        f"samples are {step:.2g} s apart ({1.0 / step:.2g} Hz), which is too slow to follow two rods: those of 0.4 m "
+        "need 20 Hz, shorter ones more"
+    )
 
 
 @dataclass(frozen=True)

@@ -99,6 +99,12 @@ def test_gaps_and_rest_leave_times_as_they_are():
         assert evened(stamps, angles, NONE, GAP)[0] is stamps
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_stretch_of_few_samples_shows_no_clock_that_is_slewed():
+    some = TRUE[:31] + 5e-4 * np.sin(TRUE[:31] * 60.0)
+    assert evened(some, SWING[:31], NONE, GAP)[0] is some
+
+
 @pytest.mark.parametrize("together", [80, 500])
 def test_bursts_too_long_to_be_followed_are_told_as_bursts(together):
     arrived = np.repeat(STAMPS[together - 1 :: together], together)

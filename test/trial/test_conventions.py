@@ -162,6 +162,14 @@ def test_a_counter_begins_in_the_range_in_which_gravity_pulls_down_however_the_s
     assert found.angles == pytest.approx(right, abs=1e-9)
 
 
+@pytest.mark.parametrize("turns", [2**16 / 12_000, 2**10 / 2000, 2**16 / 10_000])
+def test_no_other_range_of_a_counter_hides_a_zero_that_is_half_a_turn_off(samples, turns):
+    ranges = (2 * np.pi * turns, 0.0)
+    hanging = replace(samples, angles=samples.angles - [np.pi + ranges[0], 0.0], ranges=ranges)
+    with pytest.raises(TrialError, match=r"the data contradict zero: upright .*: set zero: hanging"):
+        find_trial(in_right_ranges(hanging, TrialOptions()), TrialOptions())
+
+
 def test_rods_that_hardly_move_leave_a_counter_as_it_is(samples):
     still = replace(samples, angles=np.zeros_like(samples.angles), ranges=(0.2, 0.2))
     assert in_right_ranges(still, TrialOptions()) is still

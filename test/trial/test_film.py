@@ -137,6 +137,17 @@ def test_frames_that_repeat_the_one_before_are_left_out_but_not_rods_at_rest():
     assert np.abs(np.angle(np.exp(1j * (film.angles[: moving.sum()] - THETA[:550][moving])))).max() < 0.01
 
 
+@pytest.mark.parametrize("off", [0.002, 0.1])
+def test_frames_that_nearly_repeat_the_one_before_in_motion_are_left_out(off):
+    again = np.random.default_rng(3).random(len(THETA)) < 0.3
+    again[0] = False
+    shown = np.maximum.accumulate(np.where(again, 0, np.arange(len(THETA))))
+    points = markers()[shown] + np.random.default_rng(4).normal(0, off, (len(THETA), 3, 2))
+    film = rods_on_film(points, y_down=True)
+    assert np.mean(film.kept == again) < 0.01
+    assert "frames repeat the one before" in film.notes[0]
+
+
 def test_rods_at_rest_whose_markers_in_whole_pixels_repeat_now_and_then_stay():
     points = np.round(markers(np.concatenate([np.repeat(THETA[:1], 200, axis=0), THETA])))
     points[400] = points[399]

@@ -66,6 +66,13 @@ def test_of_two_swings_the_longer_is_taken_and_the_other_named(recording, make_b
     assert any("another zero-input part from" in note for note in trial.notes)
 
 
+@pytest.mark.parametrize("hertz", [2, 4, 5])
+def test_samples_that_are_too_far_apart_are_told_as_such(swing, make_bag, hertz):
+    slow = np.s_[:: 200 // hertz]
+    with pytest.raises(TrialError, match=rf"apart \({hertz} Hz\), which is too slow .* need 20 Hz, shorter ones more"):
+        load_trial(make_bag(swing.stamps()[slow], swing.joints()[slow]))
+
+
 def test_the_rest_at_the_end_is_cut(recording, make_bag):
     made = recording({**recording().values, "c1": 0.02, "c2": 0.01}).carry(2.0, 2.2, 1.0).hold(0.5).swing(60)
     trial = load_trial(bag_of(make_bag, made))

@@ -225,7 +225,7 @@ FORCES = (
         "varying_viscosity",
         "viscous friction in a part of the turn",
         Law(
-            # As the edge vanishes it is Gaussian; with an edge of 1 it is a parabola that ends at sqrt(2) times its reach.
+            # As the edge vanishes it is Gaussian; with an edge of 1 a parabola, to sqrt(2) times its reach.
             torque="-coefficient*speed*exp(log((inside + abs(inside))/2 + 1e-12)/edge)",
             where=(
                 ("away", "2*atan(tan((angle - place)/2))"),
