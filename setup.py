@@ -51,7 +51,7 @@ def compiling(command: type[Command]) -> type[Command]:
 setup(
     name=NAME,
     cmdclass={"build_py": compiling(build_py), "develop": compiling(develop)},
-    version="0.8.12",
+    version="0.8.13",
     packages=find_packages(include=[NAME, f"{NAME}.*"]),
     package_data={NAME: ["py.typed", "demo/rig.yaml", "report/schema.md", "report/templates/*"]},
     data_files=[

@@ -261,7 +261,7 @@ def test_an_instant_takes_the_place_of_nothing(rubbing, with_friction):
 def test_viscous_friction_near_a_place_takes_that_of_a_harmonic_begun_where_it_does_most(rubbing):
     proposed = list(near_a_place(rubbing, known("varying_viscosity.outer.1 per turn")))
     assert {neighbour.model.labels for neighbour in proposed} == {("varying_viscosity.outer.near a place",)}
-    assert len({neighbour.values[-2:].tobytes() for neighbour in proposed}) == len(proposed) == 3
+    assert len({neighbour.values[-4:].tobytes() for neighbour in proposed}) == len(proposed) == 3
     assert all(neighbour.again for neighbour in proposed)
     assert not list(near_a_place(rubbing, known(DRY)))
 
