@@ -335,15 +335,18 @@ def beside_rivals(found: WholeSwings, before: WholeSwings, rivals: Sequence[Whol
 
 
 def together(one: WholeSwings, other: WholeSwings) -> Iterator[Neighbour]:
-    """Yield the model with the effects of two others, unless some are in each other's way."""
-    present = {active.effect for active in one.model.effects}
-    more = [k for k, active in enumerate(other.model.effects) if active.effect not in present]
-    if more and not any(_in_the_way(other.model.effects[k].effect, effect) for k in more for effect in present):
-        model, values = one.model, one.values
-        for k in more:
-            model = model.with_effect(other.model.effects[k])
-            values = np.concatenate([values, other.values[other.model.places(k)]])
-        yield Neighbour(model, values, tuple(active.key for active in model.effects), one)
+    """Yield the model with the effects of two others that are in different joints: in one, either is for the other.
+
+    It begins with the motion of each.
+    """
+    joints = [{active.effect.joint for active in found.model.effects} for found in (one, other)]
+    for first, second in ((one, other), (other, one)) if joints[0].isdisjoint(joints[1]) else ():
+        model, values = first.model, first.values
+        for index, active in enumerate(second.model.effects):
+            model = model.with_effect(active)
+            values = np.concatenate([values, second.values[second.model.places(index)]])
+        what = tuple(active.key for active in (*one.model.effects, *other.model.effects))
+        yield Neighbour(model, values, what, first, again=True)
 
 
 def extended_replacements(found: WholeSwings, replacement: Neighbour, without: WholeSwings) -> Iterator[Neighbour]:

@@ -312,14 +312,10 @@ def test_what_was_added_last_is_tried_beside_the_best_rival_of_each_effect_befor
     assert not [*beside_rivals(beside(before, "encoder_filter.outer.first order", 0.01), before, [rival])]
 
 
-def test_two_models_together_have_the_effects_of_both_unless_they_are_in_each_other_s_way(rubbing, with_friction):
+def test_two_models_together_have_the_effects_of_both_unless_they_are_in_one_joint(rubbing, with_friction):
     slipping = with_effect(rubbing, "encoder_slip.inner", 1e-3, 4.0, trial=0)
-    (pair,) = together(with_friction, slipping)
-    assert pair.what == pair.model.labels == (DRY, "encoder_slip.inner")
+    pair, turned = together(with_friction, slipping)
+    assert pair.what == turned.what == pair.model.labels == (DRY, "encoder_slip.inner")
+    assert (pair.origin, turned.origin) == (with_friction, slipping)
     np.testing.assert_array_equal(pair.values, [*with_friction.values, *slipping.values[-2:]])
-    assert not [*together(with_friction, with_friction)]
-    one, other = (
-        replace(rubbing, model=rubbing.model.with_effect(ActiveEffect(known(key))))
-        for key in ("encoder_filter.outer", "encoder_filter.outer.first order")
-    )
-    assert not [*together(one, other)]
+    assert not [*together(with_friction, with_effect(rubbing, "encoder_scale.outer", 1e-3))]
