@@ -58,6 +58,8 @@ class Trace:
     """The identification, with the model that has the effects in the paper's model's place, and the final values."""
     errors: Mapping[Stage, ErrorsByRole]
     """Of the model at each stage."""
+    noise_level: float
+    """Root mean square of the encoders' noise [rad], with what lasts longer than from one sample to the next."""
     unexplained: Unexplained
     in_doubt: tuple[InDoubt, ...]
     """Effects that the motion neither shows nor excludes, the most likely first."""
@@ -76,12 +78,6 @@ class Trace:
     def covariance(self) -> Array:
         """(unknowns, unknowns) covariance of the values of the model with the effects, those in doubt accounted for."""
         return self.completed.covariance
-
-    @property
-    def noise_level(self) -> float:
-        """Root mean square of the encoders' noise [rad], with what lasts longer than from one sample to the next."""
-        data = self.completed.data
-        return self.whole.noise_level(data.noise) if self.whole else data.noise_level
 
     @property
     def physical(self) -> PhysicalValues:
@@ -173,11 +169,11 @@ def judged(
     if in_doubt:
         completed = completed.with_covariance(completed.covariance + added_covariance(in_doubt))
     whole = final.whole if final else None
+    noise = whole.noise_level(data.noise) if whole else data.noise_level
     remains = unexplained(after, whole, data.noise, completed.inertia)
     effects: tuple[FoundEffect, ...] = ()
     if selection:
         alike = not any(active.is_difference for active in chosen.model.effects)
-        noise = whole.noise_level(data.noise) if whole else data.noise_level
         held_out = after.holdout.rmse()
         may_be_more = whole is None or bool(np.any(whole.leaves_more))
         if (remains.significant and alike) or (may_be_more and held_out > LARGER * noise):
@@ -191,6 +187,7 @@ def judged(
         effects=effects,
         completed=completed,
         errors=errors,
+        noise_level=noise,
         unexplained=remains,
         in_doubt=in_doubt,
         whole=whole,

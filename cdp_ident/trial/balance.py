@@ -39,6 +39,7 @@ COLUMNS = ("A22", "A23", "A33", "c1", "c2", "G1", "G2", "k1", "k2", "D", "E12", 
 WINDOW = 25
 """Grid points of a window: 1.2 units of the motion's time scale from its first to its last."""
 _AT_ONCE = 1 << 14
+"""Windows of which all is computed at once: more take more memory and no less time."""
 _SOME, _MOST = 8, 100
 """Windows that show what noise does to them, and samples of each that are looked at."""
 _ANY = 0.5

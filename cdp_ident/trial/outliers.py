@@ -45,6 +45,7 @@ _BLOCK = 64
 _FINEST = 5e-5
 """Noise counts for no less [rad or m]: a fine encoder that is read unevenly errs by a count now and then."""
 _AT_ONCE = 1 << 12
+"""Places at which all is computed at once: more take more memory and no less time."""
 _RIDGE = 1e-12
 """Added to the normal equations over times from -1 to 1, which are singular where all but a few samples coincide."""
 _NEIGHBOURS = 5.5
